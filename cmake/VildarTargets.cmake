@@ -1,0 +1,65 @@
+# One function per kind of target. No target of this project sets compiler flags by itself.
+
+option(VILDAR_WERROR "Treat warnings as errors" OFF)
+option(VILDAR_BENCHMARKS "Build the benchmarks (needs Google Benchmark)" OFF)
+set(VILDAR_SANITIZE "" CACHE STRING "Comma-separated sanitizers, e.g. address,undefined")
+
+find_program(VILDAR_CCACHE ccache)
+if(VILDAR_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${VILDAR_CCACHE})
+endif()
+
+add_library(vildar_settings INTERFACE)
+target_compile_features(vildar_settings INTERFACE cxx_std_20)
+target_include_directories(vildar_settings INTERFACE ${PROJECT_SOURCE_DIR}/src)
+target_compile_options(vildar_settings INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor
+  $<$<BOOL:${VILDAR_WERROR}>:-Werror>)
+if(VILDAR_SANITIZE)
+  target_compile_options(vildar_settings INTERFACE
+    -fsanitize=${VILDAR_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -O1)
+  target_link_options(vildar_settings INTERFACE -fsanitize=${VILDAR_SANITIZE})
+endif()
+
+# vildar_library(<room> SOURCES ... [PUBLIC libs...] [PRIVATE libs...])
+# A room of src/ as a static library vildar::<room>; without SOURCES it is header-only.
+function(vildar_library room)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  if(ARG_SOURCES)
+    add_library(vildar_${room} STATIC ${ARG_SOURCES})
+    target_link_libraries(vildar_${room} PUBLIC vildar_settings ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  else()
+    add_library(vildar_${room} INTERFACE)
+    target_link_libraries(vildar_${room} INTERFACE vildar_settings ${ARG_PUBLIC})
+  endif()
+  add_library(vildar::${room} ALIAS vildar_${room})
+endfunction()
+
+# vildar_program(<name> SOURCES ... LINK libs...)
+function(vildar_program name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE vildar_settings ${ARG_LINK})
+endfunction()
+
+# vildar_test(<room> SOURCES ... [LINK libs...] [LABEL unit|pipeline|study])
+# All tests of a room in one GoogleTest program; the label is `unit` unless told.
+function(vildar_test room)
+  cmake_parse_arguments(ARG "" "LABEL" "SOURCES;LINK" ${ARGN})
+  if(NOT ARG_LABEL)
+    set(ARG_LABEL unit)
+  endif()
+  add_executable(test_${room} ${ARG_SOURCES})
+  target_link_libraries(test_${room} PRIVATE vildar_settings vildar_test_support ${ARG_LINK} GTest::gtest_main)
+  target_precompile_headers(test_${room} REUSE_FROM vildar_test_pch)
+  gtest_discover_tests(test_${room} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS ${ARG_LABEL} TIMEOUT 600)
+endfunction()
+
+# vildar_benchmark(<name> SOURCES ... LINK libs...): Google Benchmark; built only with VILDAR_BENCHMARKS.
+function(vildar_benchmark name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  if(VILDAR_BENCHMARKS)
+    add_executable(bench_${name} ${ARG_SOURCES})
+    target_link_libraries(bench_${name} PRIVATE vildar_settings ${ARG_LINK} benchmark::benchmark_main)
+  endif()
+endfunction()

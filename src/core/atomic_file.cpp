@@ -1,0 +1,74 @@
+#include "core/atomic_file.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <system_error>
+#include <unistd.h>
+
+#include "core/error.h"
+
+namespace vildar {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& path, const std::string& what, int error) {
+  throw OutputError(path.string() + ": " + what + ": " + std::strerror(error) +
+                    "; choose a folder that can be written and has space left");
+}
+
+void flush_to_disk(const fs::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY);
+  if (descriptor < 0) fail(path, "cannot be reopened", errno);
+  const int result = ::fsync(descriptor);
+  const int error = errno;
+  ::close(descriptor);
+  if (result != 0) fail(path, "cannot be flushed to the disk", error);
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
+  const fs::path folder = path_.has_parent_path() ? path_.parent_path() : fs::path(".");
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) fail(folder, "folder cannot be made", error.value());
+  // The extension stays last: libavformat picks the container by it.
+  part_path_ = folder / ("." + path_.stem().string() + "." + std::to_string(::getpid()) + ".part" +
+                         path_.extension().string());
+  stream_.open(part_path_, std::ios::binary | std::ios::trunc);
+  if (!stream_) fail(path_, "cannot be written", errno);
+}
+
+AtomicFile::~AtomicFile() {
+  if (committed_) return;
+  stream_.close();
+  std::error_code ignored;
+  fs::remove(part_path_, ignored);
+}
+
+void AtomicFile::write(std::string_view text) {
+  errno = 0;
+  stream_.write(text.data(), static_cast<std::streamsize>(text.size()));
+  if (!stream_) fail(path_, "write failed", errno != 0 ? errno : EIO);
+}
+
+void AtomicFile::commit() {
+  errno = 0;
+  stream_.close();
+  if (!stream_) fail(path_, "write failed", errno != 0 ? errno : EIO);
+  flush_to_disk(part_path_);
+  std::error_code error;
+  fs::rename(part_path_, path_, error);
+  if (error) fail(path_, "cannot be put in place", error.value());
+  committed_ = true;
+}
+
+void write_file_atomically(const fs::path& path, std::string_view text) {
+  AtomicFile file(path);
+  file.write(text);
+  file.commit();
+}
+
+}  // namespace vildar

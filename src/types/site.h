@@ -1,0 +1,115 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "types/vehicle_track.h"
+
+namespace vildar {
+
+/// A quantity of the site file: known (`std == 0`) or a normal prior.
+struct Uncertain {
+  double mean = 0.0;
+  double std = 0.0;
+};
+
+enum class DistortionModel { none, brown, fisheye };
+enum class ResponseKind { linear, gamma, srgb, bt709, table };
+
+struct CameraSite {
+  int width_px = 0;
+  int height_px = 0;
+  std::array<double, 2> focal_px{0.0, 0.0};
+  std::array<double, 2> principal_px{0.0, 0.0};
+  DistortionModel distortion = DistortionModel::none;
+  std::array<double, 5> distortion_coefficients{};  ///< brown: k1 k2 p1 p2 k3; fisheye: the first four
+  std::array<Uncertain, 3> position_m{};
+  Uncertain yaw_rad, pitch_rad, roll_rad;
+  std::optional<double> exposure_s;
+  double rolling_shutter_s = 0.0;
+  ResponseKind response = ResponseKind::srgb;
+  double response_exponent = 2.2;      ///< for gamma
+  std::vector<double> response_table;  ///< 256 values, linear light of each code, for table
+  std::optional<Uncertain> gain_db;    ///< of the camera's intensity: unknown when absent
+  Uncertain path_loss_exponent{2.0, 0.0};
+};
+
+struct PhotodiodeSite {
+  std::string id;
+  std::array<Uncertain, 3> position_m{};
+  double yaw_rad = 0.0;
+  double pitch_rad = 0.0;
+  double half_field_of_view_rad = 1.2217304763960306;
+  std::optional<double> area_m2;
+  Uncertain gain_ratio{1.0, 0.0};
+  std::optional<double> responsivity_a_per_w;
+  std::optional<double> transimpedance_v_per_a;
+  std::optional<double> volts_per_count;
+  std::optional<double> full_scale_v;
+  Uncertain time_offset_s;  ///< t_clip = t_pd + time_offset_s
+};
+
+enum class RoadKind { straight, curved };
+enum class Turn { left, right };
+
+struct LaneSite {
+  std::string id;
+  Uncertain lateral_m;
+  double width_m = 3.5;
+  Direction direction = Direction::oncoming;
+};
+
+struct RoadSite {
+  RoadKind kind = RoadKind::straight;
+  double straight_m = 0.0;
+  std::optional<Uncertain> radius_m;  ///< of the line y = 0
+  Turn turn = Turn::left;
+  std::vector<LaneSite> lanes;
+  std::optional<double> speed_limit_mps;
+};
+
+struct LampsSite {
+  std::optional<Uncertain> height_m;
+  std::optional<Uncertain> separation_m;
+};
+
+struct ChannelSite {
+  std::optional<Uncertain> gain_db;
+  std::optional<Uncertain> path_loss_exponent;
+  std::optional<double> half_power_angle_rad;
+  std::string beam;  ///< low_beam, high_beam or an LM-63 file; empty where the power law holds
+  double luminous_efficacy_lm_per_w = 300.0;
+  Uncertain lamp_power_w{1.0, 0.0};
+};
+
+struct EgoSample {
+  double time_s = 0.0;
+  double speed_mps = 0.0;
+  double yaw_rate_rad_per_s = 0.0;
+};
+
+/// Dashcam only. Either a constant speed or a trace.
+struct EgoSite {
+  Uncertain speed_mps;
+  std::filesystem::path trace_path;  ///< empty: constant speed
+  std::vector<EgoSample> trace;      ///< filled by the loader, time increasing
+};
+
+/// The site file of the contract (SPEC 2), angles in radians, paths resolved.
+struct Site {
+  std::filesystem::path file;
+  std::optional<CameraSite> camera;
+  std::vector<PhotodiodeSite> photodiodes;
+  double mains_hz = 50.0;
+  RoadSite road;
+  LampsSite lamps;
+  std::optional<ChannelSite> channel;
+  std::optional<EgoSite> ego;
+};
+
+}  // namespace vildar
