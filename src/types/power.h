@@ -43,4 +43,11 @@ struct PowerBlock {
   int samples = 0;
 };
 
+/// A stretch of a trace in which one vehicle passes; photodiode clock.
+struct PowerPass {
+  double from_s = 0.0;
+  double to_s = 0.0;
+  double peak_s = 0.0;
+};
+
 }  // namespace vildar

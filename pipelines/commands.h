@@ -1,0 +1,14 @@
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace vildar {
+
+/// Each adds one subcommand to the program; its callback stores the exit code of the contract, or
+/// throws ConfigError, InputError or OutputError, which main() turns into message and code.
+void add_run(CLI::App& program, int& exit_code);
+void add_render(CLI::App& program, int& exit_code);
+
+}  // namespace vildar
