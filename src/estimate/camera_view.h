@@ -1,0 +1,37 @@
+#pragma once
+
+#include <vector>
+
+#include "optics/camera.h"
+#include "types/result.h"
+#include "types/site.h"
+#include "types/vehicle_track.h"
+
+namespace vildar {
+
+/// One lamp in one frame as the trajectory fit wants it.
+struct LampObservation {
+  std::size_t sighting = 0;  ///< index into the track's sightings
+  double time_s = 0.0;       ///< clip time at which the lamp's row holds
+  Eigen::Vector2d normalized = Eigen::Vector2d::Zero();  ///< undistorted x/z, y/z in camera axes
+  Eigen::Vector2d sigma = Eigen::Vector2d::Ones();       ///< of the same
+  /// Place on the vehicle, in separations: +1/2 the lamp left in the image, -1/2 right, 0 the
+  /// middle.
+  double side = 0.0;
+};
+
+/// Observations of a track in time order of its sightings. Where the vehicle is a pair, lamps seen
+/// alone are left out if the paired frames suffice: far away, one spot can be either lamp or both.
+/// `pairs` tells which reading was taken.
+struct CameraView {
+  std::vector<LampObservation> lamps;
+  int frames = 0;  ///< sightings that gave an observation
+  bool pairs = false;
+};
+CameraView camera_view(const VehicleTrack& track, const Camera& camera, const CameraSite& site);
+
+/// Light and bearings of each sighting, from the pixels alone.
+std::vector<TrackRow> bearing_rows(const VehicleTrack& track, const Camera& camera,
+                                   const Site& site);
+
+}  // namespace vildar

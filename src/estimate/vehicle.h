@@ -1,0 +1,37 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "types/power.h"
+#include "types/result.h"
+#include "types/site.h"
+#include "types/vehicle_track.h"
+
+namespace vildar {
+
+/// The speed of one vehicle by every method that applies, and what is known of it in each frame.
+struct VehicleEstimate {
+  VehicleResult result;
+  std::vector<TrackRow> rows;  ///< one per sighting, in the track's order
+};
+
+/// A photodiode's trace as offered to a vehicle's estimate; `trace` is not null and outlives the
+/// call.
+struct VehiclePower {
+  const PowerTrace* trace = nullptr;
+  bool shared = false;  ///< another vehicle feeds this photodiode during this pass
+};
+
+/// Speed from the camera's bearings, from light, and from both. What the data do not determine is
+/// withheld with its reason. Throws std::invalid_argument where the site has no camera.
+VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
+                                 std::span<const VehiclePower> power);
+
+/// Speed of one pass from photodiodes alone. `pass_number` becomes the track id; times of the
+/// result are in photodiode time plus the mean of the site's offset. Throws std::invalid_argument
+/// where `traces` is empty.
+VehicleResult estimate_pass(const PowerPass& pass, int pass_number, const Site& site,
+                            std::span<const PowerTrace> traces);
+
+}  // namespace vildar
