@@ -1,0 +1,66 @@
+extern "C" {
+#include <libavutil/mem.h>
+#include <libavutil/sha.h>
+}
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <new>
+
+#include "core/error.h"
+#include "sink/run_summary.h"
+
+namespace vildar {
+namespace {
+
+constexpr std::size_t kChunkBytes = std::size_t{1} << 20;
+
+struct Freed {
+  void operator()(AVSHA* sha) const { av_free(sha); }
+};
+
+std::string hexadecimal(std::span<const std::uint8_t> bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (const std::uint8_t byte : bytes) {
+    text += kDigits[byte >> 4];
+    text += kDigits[byte & 15];
+  }
+  return text;
+}
+
+[[noreturn]] void fail(const std::filesystem::path& path, const std::string& fault) {
+  throw InputError(path.string() + ": " + fault + "; give a regular file that can be read");
+}
+
+}  // namespace
+
+InputFile describe_input(const std::string& role, const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) fail(path, "not a file");
+  errno = 0;
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) fail(path, std::string("cannot be opened: ") + std::strerror(errno));
+
+  const std::unique_ptr<AVSHA, Freed> sha(av_sha_alloc());
+  if (!sha) throw std::bad_alloc();
+  av_sha_init(sha.get(), 256);
+  InputFile input{role, path, 0, {}};
+  std::vector<char> chunk(kChunkBytes);
+  while (stream) {
+    stream.read(chunk.data(), static_cast<std::streamsize>(chunk.size()));
+    const auto got_bytes = static_cast<std::size_t>(stream.gcount());
+    av_sha_update(sha.get(), reinterpret_cast<const std::uint8_t*>(chunk.data()), got_bytes);
+    input.size_bytes += got_bytes;
+  }
+  if (stream.bad()) fail(path, "read failed after " + std::to_string(input.size_bytes) + " bytes");
+  std::array<std::uint8_t, 32> digest;
+  av_sha_final(sha.get(), digest.data());
+  input.sha256 = hexadecimal(digest);
+  return input;
+}
+
+}  // namespace vildar
