@@ -1,0 +1,213 @@
+#include "detect/detector.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "detect/kind.h"
+#include "detect/levels.h"
+#include "detect/peaks.h"
+#include "detect/photometry.h"
+#include "detect/run_scan.h"
+
+namespace vildar {
+namespace {
+
+/// A clipped light this much longer than wide is two lamps run together, not one disc.
+constexpr double kTwoLampElongation = 1.6;
+constexpr int kLeastClippedForShape_px = 12;
+
+/// A position of the stored plane in the upright picture.
+Eigen::Vector2d upright(const Eigen::Vector2d& stored, int rotation_deg, const LumaView& luma) {
+  const double last_u = luma.width_px - 1, last_v = luma.height_px - 1;
+  switch (rotation_deg) {
+    case 90: return {last_v - stored.y(), stored.x()};
+    case 180: return {last_u - stored.x(), last_v - stored.y()};
+    case 270: return {stored.y(), last_u - stored.x()};
+    default: return stored;
+  }
+}
+
+PixelBox upright(const PixelBox& box, int rotation_deg, const LumaView& luma) {
+  const Eigen::Vector2d a = upright(Eigen::Vector2d(box.u_min, box.v_min), rotation_deg, luma);
+  const Eigen::Vector2d b = upright(Eigen::Vector2d(box.u_max, box.v_max), rotation_deg, luma);
+  const Eigen::Vector2i low = a.cwiseMin(b).cast<int>(), high = a.cwiseMax(b).cast<int>();
+  return {low.x(), low.y(), high.x(), high.y()};
+}
+
+Eigen::Vector2d upright_extent(const Eigen::Vector2d& extent, int rotation_deg) {
+  return rotation_deg % 180 == 90 ? Eigen::Vector2d(extent.y(), extent.x()) : extent;
+}
+
+void check(const Frame& frame) {
+  const LumaView& luma = frame.luma;
+  if (luma.bit_depth < 8 || luma.bit_depth > 16)
+    throw std::invalid_argument("Detector: luma of " + std::to_string(luma.bit_depth) +
+                                " bits, must be 8 to 16");
+  if (luma.black_code < 0 || luma.white_code <= luma.black_code ||
+      luma.white_code >= 1 << luma.bit_depth)
+    throw std::invalid_argument("Detector: black code " + std::to_string(luma.black_code) +
+                                " and white code " + std::to_string(luma.white_code) +
+                                " are not a range of the luma's codes");
+  if (frame.rotation_deg % 90 != 0 || frame.rotation_deg < 0 || frame.rotation_deg >= 360)
+    throw std::invalid_argument("Detector: rotation of " + std::to_string(frame.rotation_deg) +
+                                " degrees, must be 0, 90, 180 or 270");
+}
+
+}  // namespace
+
+std::vector<std::string> DetectOptions::problems() const {
+  std::vector<std::string> found;
+  const auto report = [&](bool holds, const char* field, double value, const char* rule) {
+    if (!holds)
+      found.push_back(std::string(field) + " = " + std::to_string(value) + ", must be " + rule);
+  };
+  report(threshold_sigma > 0.0, "threshold_sigma", threshold_sigma, "> 0");
+  report(threshold_fraction > 0.0 && threshold_fraction < 1.0, "threshold_fraction",
+         threshold_fraction, "above 0 and below 1");
+  report(max_bright_share > 0.0 && max_bright_share <= 1.0, "max_bright_share", max_bright_share,
+         "above 0 and at most 1");
+  report(min_area_px >= 1, "min_area_px", min_area_px, ">= 1");
+  report(min_valley_fraction > 0.0 && min_valley_fraction < 1.0, "min_valley_fraction",
+         min_valley_fraction, "above 0 and below 1");
+  report(full_well_electrons > 0.0, "full_well_electrons", full_well_electrons, "> 0");
+  return found;
+}
+
+struct Detector::State {
+  DetectOptions options;
+  Response response;
+  std::optional<double> exposure_s;
+
+  LevelMeter level_meter;
+  ClipMeter clip_meter;
+  std::vector<PixelRun> runs;
+  RunGroups groups;
+  PeakFinder finder;
+  Photometer photometer;
+
+  // Per code; rebuilt only when the plane's depth or range changes.
+  LumaView tables_for;
+  std::vector<float> linear, slope, sigma;
+  std::vector<int> half_code;
+  double half_code_background = -1.0, sigma_noise_codes = -1.0;
+
+  void prepare_tables(const LumaView& luma, const Levels& levels);
+  Blob blob_of(const Frame& frame, const Peak& peak, const Measured& light, int clip_code) const;
+};
+
+void Detector::State::prepare_tables(const LumaView& luma, const Levels& levels) {
+  if (linear.empty() || tables_for.bit_depth != luma.bit_depth ||
+      tables_for.black_code != luma.black_code || tables_for.white_code != luma.white_code) {
+    tables_for = luma;
+    tables_for.owner.reset();
+    tables_for.data = nullptr;
+    linear = response.table_for(luma);
+    slope.resize(linear.size());
+    const std::size_t last = linear.size() - 1;
+    for (std::size_t code = 0; code <= last; ++code)
+      slope[code] = 0.5f * (linear[std::min(code + 1, last)] - linear[code > 0 ? code - 1 : 0]);
+    half_code_background = sigma_noise_codes = -1.0;
+  }
+  if (sigma_noise_codes != levels.noise_codes) {
+    sigma_noise_codes = levels.noise_codes;
+    sigma.resize(linear.size());
+    for (std::size_t code = 0; code < linear.size(); ++code) {
+      const double read = slope[code] * levels.noise_codes;
+      sigma[code] =
+          static_cast<float>(std::sqrt(read * read + linear[code] / options.full_well_electrons));
+    }
+  }
+  if (half_code_background != levels.background_code) {
+    half_code_background = levels.background_code;
+    half_code.resize(linear.size());
+    const float dark = linear[static_cast<std::size_t>(levels.background_code)];
+    std::size_t half = 0;
+    for (std::size_t code = 0; code < linear.size(); ++code) {
+      while (half < code && linear[half] < 0.5f * (linear[code] + dark)) ++half;
+      half_code[code] = static_cast<int>(half);
+    }
+  }
+}
+
+Blob Detector::State::blob_of(const Frame& frame, const Peak& peak, const Measured& light,
+                              int clip_code) const {
+  const LumaView& luma = frame.luma;
+  Blob blob;
+  blob.centre_px = upright(light.centre_px, frame.rotation_deg, luma);
+  blob.centre_sigma_px = upright_extent(light.centre_sigma_px, frame.rotation_deg);
+  blob.spread_px = upright_extent(light.spread_px, frame.rotation_deg);
+  blob.box = upright(peak.box, frame.rotation_deg, luma);
+  const double per_exposure = exposure_s ? 1.0 / *exposure_s : 1.0;
+  blob.flux = light.flux * per_exposure;
+  blob.flux_sigma = light.flux_sigma * per_exposure;
+  blob.area_px = peak.area_px;
+  blob.saturated_px = peak.clipped_px;
+  blob.row_fraction = (light.centre_px.y() + 0.5) / luma.height_px - 0.5;
+  if (peak.clipped_px > 0) blob.defects = blob.defects | Defect::saturated;
+  if (light.cut_by_edge) blob.defects = blob.defects | Defect::cut_by_edge;
+  if (peak.clipped_px >= kLeastClippedForShape_px && light.elongation > kTwoLampElongation)
+    blob.defects = blob.defects | Defect::merged;
+  const RimColour rim = rim_colour(frame, peak.box, half_code[peak.level_code], clip_code);
+  blob.cr = rim.cr;
+  blob.cb = rim.cb;
+  blob.kind = kind_of(peak, light, linear[peak.peak_code], rim);
+  return blob;
+}
+
+Detector::Detector(DetectOptions options, Response response, std::optional<double> exposure_s)
+    : state_(std::make_unique<State>()) {
+  std::string faults;
+  for (const std::string& problem : options.problems()) faults += "; " + problem;
+  if (exposure_s && !(*exposure_s > 0.0))
+    faults += "; exposure_s = " + std::to_string(*exposure_s) + ", must be > 0";
+  if (!faults.empty()) throw std::invalid_argument("Detector: " + faults.substr(2));
+  state_->options = options;
+  state_->response = std::move(response);
+  state_->exposure_s = exposure_s;
+}
+
+Detector::~Detector() = default;
+Detector::Detector(Detector&&) noexcept = default;
+Detector& Detector::operator=(Detector&&) noexcept = default;
+
+BlobFrame Detector::detect(const Frame& frame) {
+  BlobFrame result{frame.index, frame.time, {}};
+  const LumaView& luma = frame.luma;
+  if (luma.data == nullptr || luma.width_px <= 0 || luma.height_px <= 0) return result;
+  check(frame);
+  State& state = *state_;
+  const Levels levels = state.level_meter.measure(luma, state.options);
+  find_runs(luma, levels.threshold_code, state.runs);
+  if (state.runs.empty()) return result;
+  state.prepare_tables(luma, levels);
+  group_runs(state.runs, state.groups);
+
+  PeakRules rules;
+  rules.clip_code = state.clip_meter.update(luma, state.runs);
+  const double span = luma.white_code - luma.black_code;
+  rules.least_valley_codes =
+      static_cast<int>(std::ceil(std::max(state.options.min_valley_fraction * span,
+                                          state.options.threshold_sigma * levels.noise_codes)));
+  rules.min_area_px = state.options.min_area_px;
+  rules.half_code = state.half_code;
+  state.finder.clear();
+  for (std::size_t g = 0; g < state.groups.count(); ++g) {
+    const auto from = static_cast<std::size_t>(state.groups.first[g]);
+    const auto to = static_cast<std::size_t>(state.groups.first[g + 1]);
+    state.finder.add(luma, std::span<const int>(state.groups.order).subspan(from, to - from),
+                     state.runs, levels.threshold_code, rules);
+  }
+
+  const LightScale scale{state.linear, state.sigma, rules.clip_code};
+  const std::vector<Measured>& lights = state.photometer.measure(luma, state.finder, scale);
+  const std::vector<Peak>& peaks = state.finder.peaks();
+  for (std::size_t i = 0; i < peaks.size(); ++i) {
+    result.blobs.push_back(state.blob_of(frame, peaks[i], lights[i], rules.clip_code));
+    result.blobs.back().id = static_cast<int>(i);
+  }
+  return result;
+}
+
+}  // namespace vildar

@@ -1,0 +1,50 @@
+#include "detect/kind.h"
+
+#include <algorithm>
+
+namespace vildar {
+namespace {
+
+/// Red of a tail lamp's glow: Cr above this, and not mere yellow, whose Cb falls further than Cr
+/// rises.
+constexpr double kRedCr = 0.06;
+constexpr double kRedOverYellow = 0.6;
+/// A lamp outshines what surrounds it at least so many times.
+constexpr double kLeastContrast = 4.0;
+/// Unclipped lights longer than this are paint, kerbs and edges.
+constexpr double kMostElongation = 3.0;
+
+}  // namespace
+
+RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, int clip_code) {
+  RimColour rim;
+  if (!frame.chroma.present()) return rim;
+  const LumaView& luma = frame.luma;
+  const int u_from = std::max(box.u_min - 2, 0), u_to = std::min(box.u_max + 2, luma.width_px - 1);
+  const int v_from = std::max(box.v_min - 2, 0), v_to = std::min(box.v_max + 2, luma.height_px - 1);
+  int n = 0;
+  for (int v = v_from; v <= v_to; ++v) {
+    for (int u = u_from; u <= u_to; ++u) {
+      const int code = luma.code(u, v);
+      if (code < level_code || code >= clip_code) continue;
+      rim.cr += frame.chroma.cr_fraction(u, v);
+      rim.cb += frame.chroma.cb_fraction(u, v);
+      ++n;
+    }
+  }
+  if (n == 0) return RimColour{};
+  rim.known = true;
+  rim.cr /= n;
+  rim.cb /= n;
+  return rim;
+}
+
+LampKind kind_of(const Peak& peak, const Measured& light, double peak_linear,
+                 const RimColour& rim) {
+  if (peak_linear < kLeastContrast * light.background) return LampKind::other;
+  if (peak.clipped_px == 0 && light.elongation > kMostElongation) return LampKind::other;
+  if (rim.known && rim.cr > kRedCr && rim.cr > -kRedOverYellow * rim.cb) return LampKind::taillamp;
+  return LampKind::headlamp;
+}
+
+}  // namespace vildar

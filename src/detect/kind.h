@@ -1,0 +1,21 @@
+#pragma once
+
+#include "detect/photometry.h"
+
+namespace vildar {
+
+/// Mean colour of a light's rim, where luma does not clip.
+struct RimColour {
+  bool known = false;
+  double cr = 0.0;
+  double cb = 0.0;
+};
+
+/// Colour of the unclipped pixels in and around `box` that are at least `level_code`; unknown for
+/// grey frames and where there is no such pixel.
+RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, int clip_code);
+
+/// What a light is, from one frame: `other` where it is not as sharp a peak as a lamp is.
+LampKind kind_of(const Peak& peak, const Measured& light, double peak_linear, const RimColour& rim);
+
+}  // namespace vildar

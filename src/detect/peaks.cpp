@@ -1,0 +1,176 @@
+#include "detect/peaks.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace vildar {
+namespace {
+
+// Chamfer distances (Borgefors 1986): 3 per straight step, 4 per diagonal one.
+constexpr int kStraight = 3;
+constexpr int kDiagonal = 4;
+/// A neck narrower than this share of the smaller disc's half width parts two clipped discs.
+constexpr double kNeckShare = 0.7;
+
+/// Whether a peak of height `top` stands clear of a valley of height `valley`.
+bool stands_clear(int top, int valley, int clip_code, int least_valley_codes) {
+  if (valley <= clip_code) return std::min(top, clip_code) - valley >= least_valley_codes;
+  const int depth = top - clip_code, neck = valley - clip_code;
+  return depth - neck >= kStraight && neck <= kNeckShare * depth;
+}
+
+}  // namespace
+
+void PeakFinder::clear() {
+  peaks_.clear();
+  pixels_.clear();
+}
+
+int PeakFinder::root_of(int node) {
+  while (nodes_[node].parent != node)
+    node = nodes_[node].parent = nodes_[nodes_[node].parent].parent;
+  return node;
+}
+
+void PeakFinder::close(int root, int valley_code, bool split, const PeakRules& rules) {
+  Node& set = nodes_[root];
+  set.closed = true;
+  if (set.count < rules.min_area_px && !split) return;
+  Peak peak;
+  peak.first = pixels_.size();
+  peak.area_px = set.count;
+  peak.split = split;
+  peak.peak_code = std::min(set.top, rules.clip_code);
+  // Where two clipped discs part at a neck, each keeps what its own depth reaches.
+  const bool by_depth = valley_code >= rules.clip_code;
+  const int level =
+      by_depth ? valley_code + 1 : std::max(valley_code + 1, rules.half_code[peak.peak_code]);
+  peak.level_code = std::min(level, rules.clip_code);
+  if (by_depth) peak.eroded_px = (valley_code - rules.clip_code + 1) / kStraight;
+  for (int node = root, left = set.count; left > 0; --left, node = nodes_[node].next) {
+    if (nodes_[node].height < level) continue;
+    const PixelAt at = at_[node];
+    if (peak.count == 0) peak.box = {at.u, at.v, at.u, at.v};
+    peak.box.u_min = std::min(peak.box.u_min, at.u);
+    peak.box.u_max = std::max(peak.box.u_max, at.u);
+    peak.box.v_min = std::min(peak.box.v_min, at.v);
+    peak.box.v_max = std::max(peak.box.v_max, at.v);
+    peak.clipped_px += codes_[node] >= rules.clip_code;
+    ++peak.count;
+    pixels_.push_back(at);
+  }
+  if (peak.count > 0) peaks_.push_back(peak);
+}
+
+void PeakFinder::fill_depths(int clip_code) {
+  // Two raster passes over the padded box; pixels off the plateau keep depth 0.
+  std::vector<Node>& nodes = nodes_;
+  const int n = static_cast<int>(nodes.size());
+  const auto depth_at = [&](int cell) {
+    const int node = grid_[cell] - 1;
+    return node < 0 ? 0 : std::max(nodes[node].height - clip_code, 0);
+  };
+  for (const int direction : {-1, 1}) {
+    for (int step = 0; step < n; ++step) {
+      const int node = direction < 0 ? step : n - 1 - step;
+      if (nodes[node].height < clip_code) continue;
+      const int cell = nodes[node].tail;
+      const int row = cell + direction * grid_width_;
+      const int depth = std::min({depth_at(cell + direction) + kStraight, depth_at(row) + kStraight,
+                                  depth_at(row - 1) + kDiagonal, depth_at(row + 1) + kDiagonal});
+      const int before = nodes[node].height - clip_code;
+      nodes[node].height = clip_code + (direction < 0 ? depth : std::min(before, depth));
+    }
+  }
+}
+
+void PeakFinder::add(const LumaView& luma, std::span<const int> run_indices,
+                     const std::vector<PixelRun>& runs, int threshold_code,
+                     const PeakRules& rules) {
+  PixelBox box{luma.width_px, luma.height_px, -1, -1};
+  for (const int index : run_indices) {
+    const PixelRun& run = runs[index];
+    box.u_min = std::min(box.u_min, run.u_begin);
+    box.u_max = std::max(box.u_max, run.u_end - 1);
+    box.v_min = std::min(box.v_min, run.v);
+    box.v_max = std::max(box.v_max, run.v);
+  }
+  grid_width_ = box.u_max - box.u_min + 3;
+  grid_.assign(static_cast<std::size_t>(grid_width_) * (box.v_max - box.v_min + 3), 0);
+  at_.clear();
+  codes_.clear();
+  nodes_.clear();
+  // A little under the clipping code still counts as plateau: compression digs holes into it.
+  const int plateau_code = rules.clip_code - rules.least_valley_codes / 2;
+  bool has_plateau = false;
+  for (const int index : run_indices) {
+    const PixelRun& run = runs[index];
+    for (int u = run.u_begin; u < run.u_end; ++u) {
+      const int node = static_cast<int>(at_.size());
+      const int code = luma.code(u, run.v);
+      const int cell = (run.v - box.v_min + 1) * grid_width_ + u - box.u_min + 1;
+      const int height = code >= plateau_code ? rules.clip_code : code;
+      has_plateau |= code >= plateau_code;
+      at_.push_back({u, run.v});
+      codes_.push_back(code);
+      grid_[cell] = node + 1;
+      nodes_.push_back({node, -1, cell, height, height, 1, false});
+    }
+  }
+  if (has_plateau) fill_depths(rules.clip_code);
+
+  const int n = static_cast<int>(nodes_.size());
+  order_.resize(nodes_.size());
+  for (int node = 0; node < n; ++node) order_[node] = node;
+  std::sort(order_.begin(), order_.end(), [&](int a, int b) {
+    return nodes_[a].height != nodes_[b].height ? nodes_[a].height > nodes_[b].height : a < b;
+  });
+  const std::array<int, 8> around = {-1,
+                                     1,
+                                     -grid_width_,
+                                     grid_width_,
+                                     -grid_width_ - 1,
+                                     -grid_width_ + 1,
+                                     grid_width_ - 1,
+                                     grid_width_ + 1};
+  std::vector<int>& cell_of = cells_;
+  cell_of.resize(nodes_.size());
+  for (int node = 0; node < n; ++node) {
+    cell_of[node] = nodes_[node].tail;
+    nodes_[node].tail = -1;  // not yet joined
+  }
+  for (const int node : order_) {
+    nodes_[node].tail = node;
+    nodes_[node].top = nodes_[node].height;
+    const int height = nodes_[node].height;
+    int mine = node;
+    for (const int offset : around) {
+      const int other = grid_[cell_of[node] + offset] - 1;
+      if (other < 0 || nodes_[other].tail < 0) continue;
+      int theirs = root_of(other);
+      if (theirs == mine) continue;
+      const auto clear_of = [&](int root) {
+        const Node& set = nodes_[root];
+        return !set.closed &&
+               stands_clear(set.top, height, rules.clip_code, rules.least_valley_codes);
+      };
+      const bool mine_clear = clear_of(mine), theirs_clear = clear_of(theirs);
+      if (theirs_clear && (mine_clear || nodes_[mine].closed)) close(theirs, height, true, rules);
+      if (mine_clear && (theirs_clear || nodes_[theirs].closed)) close(mine, height, true, rules);
+      // The list of the joined set starts with its root, whose first `count` pixels stay its own.
+      if (nodes_[theirs].top > nodes_[mine].top) std::swap(mine, theirs);
+      Node& kept = nodes_[mine];
+      Node& joined = nodes_[theirs];
+      nodes_[kept.tail].next = theirs;
+      kept.tail = joined.tail;
+      kept.count += joined.count;
+      kept.closed |= joined.closed;
+      joined.parent = mine;
+    }
+  }
+  const int last = root_of(0);
+  if (!nodes_[last].closed) close(last, threshold_code - 1, false, rules);
+}
+
+}  // namespace vildar

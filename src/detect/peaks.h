@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "detect/run_scan.h"
+#include "types/blob.h"
+#include "types/frame.h"
+
+namespace vildar {
+
+struct PixelAt {
+  int u = 0;
+  int v = 0;
+};
+
+/// One light: the pixels that belong to one peak and to no other, down to half its light.
+struct Peak {
+  std::size_t first = 0;  ///< into PeakFinder::pixels()
+  std::size_t count = 0;
+  int level_code = 0;  ///< least code of its pixels
+  int peak_code = 0;   ///< greatest, at most the clipping code
+  int clipped_px = 0;
+  int eroded_px = 0;  ///< its pixels stop this far inside the rim: parted from another clipped disc
+  int area_px = 0;    ///< at the frame's threshold or, of a split light, above the valley
+  PixelBox box;       ///< of its pixels, as stored
+  bool split = false;  ///< shares its bright area with another
+};
+
+struct PeakRules {
+  int clip_code = 255;
+  int least_valley_codes = 10;  ///< depth that tells two peaks apart
+  int min_area_px = 2;
+  /// Code of half the light of each code, above the frame's background; indexed by code.
+  std::span<const int> half_code;
+};
+
+/// Splits bright areas into lights by a component tree: pixels join in falling order of code, and
+/// two areas that meet in a valley deep below both their peaks stay apart. Inside a clipped area
+/// the distance to its rim goes on where the code stops, so that two discs joined by a neck part as
+/// well.
+class PeakFinder {
+ public:
+  /// Appends the lights of one bright area to peaks().
+  void add(const LumaView& luma, std::span<const int> run_indices,
+           const std::vector<PixelRun>& runs, int threshold_code, const PeakRules& rules);
+  void clear();
+  const std::vector<Peak>& peaks() const { return peaks_; }
+  std::span<const PixelAt> pixels(const Peak& peak) const {
+    return std::span<const PixelAt>(pixels_).subspan(peak.first, peak.count);
+  }
+
+ private:
+  struct Node {
+    int parent, next, tail;  // set forest and the list of the set's pixels
+    int height;              // code, and depth inside a clipped area
+    int top;                 // greatest height of the set
+    int count;
+    bool closed;  // holds lights already taken out
+  };
+  int root_of(int node);
+  void close(int root, int valley_code, bool split, const PeakRules& rules);
+  void fill_depths(int clip_code);
+
+  std::vector<Peak> peaks_;
+  std::vector<PixelAt> pixels_;
+  std::vector<PixelAt> at_;  // pixels of the area
+  std::vector<int> codes_;
+  std::vector<Node> nodes_;
+  std::vector<int> order_;
+  std::vector<int> cells_;  // of each node in the grid
+  std::vector<int> grid_;   // padded box: node + 1, or 0
+  int grid_width_ = 0;
+};
+
+}  // namespace vildar

@@ -1,0 +1,233 @@
+#include "detect/photometry.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vildar {
+namespace {
+
+constexpr double kApertureSpreads = 3.5;  // 99.8 % of a gaussian's light lies within
+constexpr double kWindowSpreads = 3.0;
+constexpr double kLeastSpread_px = 0.45;
+constexpr int kRingWidth_px = 3;
+constexpr int kIterations = 6;
+/// Error that remains however bright the light: pixel phase of a sharp one, shape of a clipped one.
+constexpr double kFloorSharp_px = 0.02;
+constexpr double kFloorSmooth_px = 0.003;
+constexpr double kFloorClipped_px = 0.05;
+constexpr double kAsymmetryShare = 0.3;
+
+/// Inclusive pixel range around `centre`, inside 0..size - 1.
+struct Range {
+  int from, to;
+  Range(double centre, double reach, int size)
+      : from(std::max(0, static_cast<int>(std::ceil(centre - reach)))),
+        to(std::min(size - 1, static_cast<int>(std::floor(centre + reach)))) {}
+};
+
+}  // namespace
+
+Measured Photometer::first_guess(const LumaView& luma, std::span<const PixelAt> pixels,
+                                 const Peak& peak, const LightScale& scale) const {
+  Measured light;
+  const double least = scale.linear[peak.level_code];
+  double sum = 0.0, mean_u = 0.0, mean_v = 0.0;
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero(), square = Eigen::Vector2d::Zero();
+  double cross = 0.0;
+  for (const PixelAt& at : pixels) {
+    const double light_here =
+        scale.linear[std::min(luma.code(at.u, at.v), scale.clip_code)] - least + 1e-6;
+    sum += light_here;
+    mean_u += light_here * at.u;
+    mean_v += light_here * at.v;
+    middle += Eigen::Vector2d(at.u, at.v);
+  }
+  light.centre_px = Eigen::Vector2d(mean_u / sum, mean_v / sum);
+  const double n = static_cast<double>(pixels.size());
+  middle /= n;
+  for (const PixelAt& at : pixels) {
+    const Eigen::Vector2d offset = Eigen::Vector2d(at.u, at.v) - middle;
+    square += offset.cwiseAbs2();
+    cross += offset.x() * offset.y();
+  }
+  square = square.array() / n + 1.0 / 12.0;  // a pixel is a square, not a point
+  cross /= n;
+  const double half_sum = 0.5 * square.sum();
+  const double swing = std::hypot(0.5 * (square.x() - square.y()), cross);
+  light.elongation = std::sqrt((half_sum + swing) / std::max(half_sum - swing, 1.0 / 12.0));
+  // Pixels above half the peak of a gaussian: a disc of radius 1.18 s, of variance 0.69 s^2.
+  light.spread_px = (square / 0.69).cwiseSqrt().array() + 0.6 * peak.eroded_px;
+  light.spread_px = light.spread_px.cwiseMax(kLeastSpread_px);
+  light.cut_by_edge = peak.box.u_min == 0 || peak.box.v_min == 0 ||
+                      peak.box.u_max == luma.width_px - 1 || peak.box.v_max == luma.height_px - 1;
+  return light;
+}
+
+void Photometer::find_background(const LumaView& luma, const LightScale& scale, Measured& light) {
+  const Eigen::Vector2d reach = kApertureSpreads * light.spread_px;
+  const Range inner_u(light.centre_px.x(), reach.x() + 0.5, luma.width_px);
+  const Range inner_v(light.centre_px.y(), reach.y() + 0.5, luma.height_px);
+  const Range outer_u(light.centre_px.x(), reach.x() + 0.5 + kRingWidth_px, luma.width_px);
+  const Range outer_v(light.centre_px.y(), reach.y() + 0.5 + kRingWidth_px, luma.height_px);
+  ring_.clear();
+  for (int v = outer_v.from; v <= outer_v.to; ++v) {
+    const bool beside = v >= inner_v.from && v <= inner_v.to;
+    for (int u = outer_u.from; u <= outer_u.to; ++u) {
+      if (beside && u == inner_u.from) u = inner_u.to + 1;
+      if (u <= outer_u.to) ring_.push_back(luma.code(u, v));
+    }
+  }
+  if (ring_.empty()) {
+    light.background = 0.0;
+    light.background_sigma = scale.sigma[0];
+    return;
+  }
+  const auto middle = ring_.begin() + static_cast<std::ptrdiff_t>(ring_.size() / 2);
+  std::nth_element(ring_.begin(), middle, ring_.end());
+  const int code = *middle;
+  // The mean of the codes near the median is finer than the median, which is a whole code.
+  const double reach_linear =
+      3.0 * scale.sigma[code] +
+      scale.linear[std::min<std::size_t>(code + 1, scale.linear.size() - 1)] - scale.linear[code];
+  double sum = 0.0;
+  int n = 0;
+  for (const int other : ring_) {
+    if (std::abs(scale.linear[other] - scale.linear[code]) > reach_linear) continue;
+    sum += scale.linear[other];
+    ++n;
+  }
+  light.background = sum / n;
+  light.background_sigma = scale.sigma[code] / std::sqrt(static_cast<double>(n));
+}
+
+void Photometer::find_neighbours(std::size_t index) {
+  neighbours_.clear();
+  const Measured& light = lights_[index];
+  const double size = light.spread_px.maxCoeff();
+  for (std::size_t j = 0; j < lights_.size(); ++j) {
+    if (j == index) continue;
+    const Eigen::Vector2d apart = lights_[j].centre_px - light.centre_px;
+    const double reach = kApertureSpreads * (size + lights_[j].spread_px.maxCoeff());
+    if (std::abs(apart.x()) > reach || std::abs(apart.y()) > reach) continue;
+    const double distance = apart.norm();
+    if (distance < 0.5) continue;
+    neighbours_.push_back(
+        {apart / distance, distance * size / (size + lights_[j].spread_px.maxCoeff())});
+  }
+}
+
+bool Photometer::beyond(const Eigen::Vector2d& offset, bool either_side) const {
+  return std::any_of(neighbours_.begin(), neighbours_.end(), [&](const Neighbour& neighbour) {
+    const double along = offset.dot(neighbour.towards);
+    return (either_side ? std::abs(along) : along) > neighbour.limit_px;
+  });
+}
+
+// Windowed centroid (as SExtractor's XWIN_IMAGE): weights of the light's own shape come within a
+// few per cent of the Cramer-Rao bound of a gaussian. A window cut off on one side for a neighbour
+// is cut off on the other as well, so that it pulls the centre nowhere.
+void Photometer::refine_centre(const LumaView& luma, const LightScale& scale, const Peak& peak,
+                               Measured& light) {
+  const Eigen::Vector2d start_px = light.centre_px;
+  const Eigen::Vector2d most_spread = 1.5 * light.spread_px;
+  Eigen::Vector2d variance = Eigen::Vector2d::Zero();
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    const Eigen::Vector2d s = light.spread_px;
+    const Range range_u(light.centre_px.x(), kWindowSpreads * s.x(), luma.width_px);
+    const Range range_v(light.centre_px.y(), kWindowSpreads * s.y(), luma.height_px);
+    weight_u_.clear();
+    for (int u = range_u.from; u <= range_u.to; ++u) {
+      const double z = (u - light.centre_px.x()) / s.x();
+      weight_u_.push_back(std::exp(-0.5 * z * z));
+    }
+    double sum = 0.0;
+    Eigen::Vector2d first = Eigen::Vector2d::Zero(), second = Eigen::Vector2d::Zero();
+    variance.setZero();
+    for (int v = range_v.from; v <= range_v.to; ++v) {
+      const double dv = v - light.centre_px.y();
+      const double weight_v = std::exp(-0.5 * dv * dv / (s.y() * s.y()));
+      for (int u = range_u.from; u <= range_u.to; ++u) {
+        const Eigen::Vector2d offset(u - light.centre_px.x(), dv);
+        if (!neighbours_.empty() && beyond(offset, true)) continue;
+        const int code = std::min(luma.code(u, v), scale.clip_code);
+        const double weight = weight_v * weight_u_[static_cast<std::size_t>(u - range_u.from)];
+        const double weighted = weight * (scale.linear[code] - light.background);
+        sum += weighted;
+        first += weighted * offset;
+        const Eigen::Vector2d squared = offset.cwiseAbs2();
+        second += weighted * squared;
+        const double noise = weight * scale.sigma[code];
+        variance += noise * noise * squared;
+      }
+    }
+    if (!(sum > 0.0)) break;
+    const Eigen::Vector2d mean = first / sum;
+    const Eigen::Vector2d windowed = (second / sum - mean.cwiseAbs2())
+                                         .cwiseMax(0.05 * s.cwiseAbs2())
+                                         .cwiseMin(0.8 * s.cwiseAbs2());
+    const Eigen::Vector2d gain = (1.0 - windowed.array() / s.array().square()).inverse();
+    variance = variance.cwiseProduct(gain.cwiseAbs2()) / (sum * sum);
+    const Eigen::Vector2d move = mean.cwiseProduct(gain).cwiseMax(-s).cwiseMin(s);
+    light.centre_px += move;
+    light.spread_px =
+        windowed.cwiseProduct(gain).cwiseSqrt().cwiseMax(kLeastSpread_px).cwiseMin(most_spread);
+    if (move.cwiseAbs().maxCoeff() < 1e-3 && iteration >= 3) break;
+  }
+  const bool clipped = peak.clipped_px > 0;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double sharpness = std::clamp(1.2 - light.spread_px[axis], 0.0, 0.5) / 0.5;
+    double floor = std::lerp(kFloorSmooth_px, kFloorSharp_px, sharpness);
+    if (clipped)
+      floor =
+          std::hypot(kFloorClipped_px, kAsymmetryShare * (light.centre_px[axis] - start_px[axis]));
+    light.centre_sigma_px[axis] = std::hypot(std::sqrt(variance[axis]), floor);
+  }
+}
+
+void Photometer::sum_flux(const LumaView& luma, const LightScale& scale, Measured& light) const {
+  const Eigen::Vector2d reach = (kApertureSpreads * light.spread_px).array() + 0.5;
+  const Range range_u(light.centre_px.x(), reach.x(), luma.width_px);
+  const Range range_v(light.centre_px.y(), reach.y(), luma.height_px);
+  double sum = 0.0, variance = 0.0, pixels = 0.0;
+  for (int v = range_v.from; v <= range_v.to; ++v) {
+    for (int u = range_u.from; u <= range_u.to; ++u) {
+      Eigen::Vector2d offset(u - light.centre_px.x(), v - light.centre_px.y());
+      if (offset.cwiseQuotient(reach).squaredNorm() > 1.0) continue;
+      int from_u = u, from_v = v;
+      if (!neighbours_.empty() && beyond(offset, false)) {
+        // What the neighbour covers is taken from the opposite side of the centre.
+        if (beyond(-offset, false)) continue;
+        from_u = static_cast<int>(std::lround(light.centre_px.x() - offset.x()));
+        from_v = static_cast<int>(std::lround(light.centre_px.y() - offset.y()));
+        if (from_u < 0 || from_v < 0 || from_u >= luma.width_px || from_v >= luma.height_px)
+          continue;
+      }
+      const int code = luma.code(from_u, from_v);
+      sum += scale.linear[code] - light.background;
+      variance += scale.sigma[code] * scale.sigma[code];
+      pixels += 1.0;
+    }
+  }
+  light.flux = sum;
+  light.flux_sigma = std::hypot(std::sqrt(variance), pixels * light.background_sigma);
+}
+
+const std::vector<Measured>& Photometer::measure(const LumaView& luma, const PeakFinder& finder,
+                                                 const LightScale& scale) {
+  const std::vector<Peak>& peaks = finder.peaks();
+  lights_.clear();
+  for (const Peak& peak : peaks)
+    lights_.push_back(first_guess(luma, finder.pixels(peak), peak, scale));
+  for (std::size_t i = 0; i < peaks.size(); ++i) {
+    find_neighbours(i);
+    find_background(luma, scale, lights_[i]);
+    Measured light = lights_[i];
+    refine_centre(luma, scale, peaks[i], light);
+    find_background(luma, scale, light);
+    sum_flux(luma, scale, light);
+    lights_[i] = light;
+  }
+  return lights_;
+}
+
+}  // namespace vildar

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "detect/peaks.h"
+#include "types/blob.h"
+#include "types/frame.h"
+
+namespace vildar {
+
+/// What photometry needs to know of a frame.
+struct LightScale {
+  std::span<const float> linear;  ///< of each code: 0 at black, 1 at nominal white
+  std::span<const float> sigma;   ///< of one pixel of each code, linear
+  int clip_code = 255;
+};
+
+/// A light measured in stored pixels. Flux in units of one pixel at nominal white.
+struct Measured {
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d centre_sigma_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d spread_px = Eigen::Vector2d::Ones();
+  double flux = 0.0;
+  double flux_sigma = 0.0;
+  double background = 0.0;  ///< of the surroundings, linear
+  double background_sigma = 0.0;
+  double elongation = 1.0;  ///< long over short axis of its pixels
+  bool cut_by_edge = false;
+};
+
+/// Centre, spread and flux of lights whose neighbours are known. Reuses its buffers.
+class Photometer {
+ public:
+  /// One result per peak, in order.
+  const std::vector<Measured>& measure(const LumaView& luma, const PeakFinder& finder,
+                                       const LightScale& scale);
+
+ private:
+  struct Neighbour {
+    Eigen::Vector2d towards;  // unit vector
+    double limit_px;          // how far along it the light's own half reaches
+  };
+  Measured first_guess(const LumaView& luma, std::span<const PixelAt> pixels, const Peak& peak,
+                       const LightScale& scale) const;
+  void find_background(const LumaView& luma, const LightScale& scale, Measured& light);
+  void find_neighbours(std::size_t index);
+  void refine_centre(const LumaView& luma, const LightScale& scale, const Peak& peak,
+                     Measured& light);
+  void sum_flux(const LumaView& luma, const LightScale& scale, Measured& light) const;
+  bool beyond(const Eigen::Vector2d& offset, bool either_side) const;
+
+  std::vector<Measured> lights_;
+  std::vector<Neighbour> neighbours_;
+  std::vector<int> ring_;
+  std::vector<double> weight_u_;
+};
+
+}  // namespace vildar

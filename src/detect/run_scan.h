@@ -1,0 +1,35 @@
+#pragma once
+
+#include <vector>
+
+#include "types/frame.h"
+
+namespace vildar {
+
+/// Pixels u_begin..u_end - 1 of row v, all at or above the threshold, neither end extensible.
+struct PixelRun {
+  int v = 0;
+  int u_begin = 0;
+  int u_end = 0;
+};
+
+/// Replaces `runs` by all runs of the plane with code >= threshold_code, in reading order.
+/// A threshold below 1 counts as 1; one above the deepest code finds nothing.
+void find_runs(const LumaView& luma, int threshold_code, std::vector<PixelRun>& runs);
+
+/// Runs that touch, diagonals included, grouped. Group g holds the runs
+/// `order[first[g]] .. order[first[g + 1] - 1]`; groups are in order of their first run.
+struct RunGroups {
+  std::vector<int> order;
+  std::vector<int> first;
+  std::size_t count() const { return first.empty() ? 0 : first.size() - 1; }
+
+ private:
+  friend void group_runs(const std::vector<PixelRun>& runs, RunGroups& groups);
+  std::vector<int> parent_;
+  std::vector<int> slot_;
+};
+/// `runs` in reading order. Reuses the buffers of `groups`.
+void group_runs(const std::vector<PixelRun>& runs, RunGroups& groups);
+
+}  // namespace vildar
