@@ -16,6 +16,8 @@ namespace vildar {
 struct Uncertain {
   double mean = 0.0;
   double std = 0.0;
+
+  bool operator==(const Uncertain&) const = default;
 };
 
 enum class DistortionModel { none, brown, fisheye };
@@ -37,6 +39,8 @@ struct CameraSite {
   std::vector<double> response_table;  ///< 256 values, linear light of each code, for table
   std::optional<Uncertain> gain_db;    ///< of the camera's intensity: unknown when absent
   Uncertain path_loss_exponent{2.0, 0.0};
+
+  bool operator==(const CameraSite&) const = default;
 };
 
 struct PhotodiodeSite {
@@ -52,6 +56,8 @@ struct PhotodiodeSite {
   std::optional<double> volts_per_count;
   std::optional<double> full_scale_v;
   Uncertain time_offset_s;  ///< t_clip = t_pd + time_offset_s
+
+  bool operator==(const PhotodiodeSite&) const = default;
 };
 
 enum class RoadKind { straight, curved };
@@ -62,6 +68,8 @@ struct LaneSite {
   Uncertain lateral_m;
   double width_m = 3.5;
   Direction direction = Direction::oncoming;
+
+  bool operator==(const LaneSite&) const = default;
 };
 
 struct RoadSite {
@@ -71,11 +79,15 @@ struct RoadSite {
   Turn turn = Turn::left;
   std::vector<LaneSite> lanes;
   std::optional<double> speed_limit_mps;
+
+  bool operator==(const RoadSite&) const = default;
 };
 
 struct LampsSite {
   std::optional<Uncertain> height_m;
   std::optional<Uncertain> separation_m;
+
+  bool operator==(const LampsSite&) const = default;
 };
 
 struct ChannelSite {
@@ -85,12 +97,16 @@ struct ChannelSite {
   std::string beam;  ///< low_beam, high_beam or an LM-63 file; empty where the power law holds
   double luminous_efficacy_lm_per_w = 300.0;
   Uncertain lamp_power_w{1.0, 0.0};
+
+  bool operator==(const ChannelSite&) const = default;
 };
 
 struct EgoSample {
   double time_s = 0.0;
   double speed_mps = 0.0;
   double yaw_rate_rad_per_s = 0.0;
+
+  bool operator==(const EgoSample&) const = default;
 };
 
 /// Dashcam only. Either a constant speed or a trace.
@@ -98,6 +114,8 @@ struct EgoSite {
   Uncertain speed_mps;
   std::filesystem::path trace_path;  ///< empty: constant speed
   std::vector<EgoSample> trace;      ///< filled by the loader, time increasing
+
+  bool operator==(const EgoSite&) const = default;
 };
 
 /// The site file of the contract (SPEC 2), angles in radians, paths resolved.
@@ -110,6 +128,8 @@ struct Site {
   LampsSite lamps;
   std::optional<ChannelSite> channel;
   std::optional<EgoSite> ego;
+
+  bool operator==(const Site&) const = default;
 };
 
 }  // namespace vildar

@@ -1,0 +1,309 @@
+#include "config/site_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <system_error>
+
+#include "config/ego_trace.h"
+#include "config/site_words.h"
+#include "core/text.h"
+#include "optics/road.h"
+
+namespace vildar {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr NumberRule kPixels{1.0, 100'000.0, false, false};
+constexpr NumberRule kPitch_deg{-90.0, 90.0, false, false};
+constexpr NumberRule kHalfField_deg{0.0, 90.0, true, false};
+constexpr NumberRule kHalfPower_deg{0.0, 90.0, true, true};
+
+void read_distortion(const YamlMap& map, CameraSite& camera) {
+  const auto item = map.find("distortion");
+  if (!item) return;
+  if (item->is_scalar()) {  // `distortion: none`
+    if (item->get(camera.distortion, kDistortionWords) &&
+        camera.distortion != DistortionModel::none)
+      item->problem("has no coefficients", "write {model: ..., coefficients: [...]}");
+    return;
+  }
+  const auto distortion = item->map();
+  if (!distortion) return;
+  distortion->require("model", camera.distortion, kDistortionWords);
+  std::vector<double> coefficients;
+  const std::size_t wanted = coefficient_count(camera.distortion);
+  if (wanted == 0) {
+    distortion->refuse("coefficients", "the model none takes no coefficients",
+                       "remove them, or name the model brown or fisheye");
+    return;
+  }
+  distortion->require("coefficients", coefficients);
+  if (coefficients.empty()) return;
+  if (coefficients.size() != wanted) {
+    distortion->problem(
+        "coefficients",
+        "has " + std::to_string(coefficients.size()) + " values, the model takes " +
+            std::to_string(wanted),
+        wanted == 5 ? "give k1, k2, p1, p2, k3 (0 where not fitted)" : "give k1, k2, k3, k4");
+    return;
+  }
+  std::copy(coefficients.begin(), coefficients.end(), camera.distortion_coefficients.begin());
+}
+
+void read_response(const YamlMap& map, CameraSite& camera) {
+  const auto response = map.map("response");
+  if (!response) return;
+  response->require("kind", camera.response, kResponseWords);
+  if (camera.response == ResponseKind::gamma)
+    response->require("exponent", camera.response_exponent, kPositive);
+  else
+    response->refuse("exponent", "belongs to kind gamma alone", "remove it");
+  if (camera.response != ResponseKind::table) {
+    response->refuse("values", "belong to kind table alone", "remove them");
+    return;
+  }
+  const auto values = response->find_required("values");
+  if (!values || !values->get(camera.response_table, kNotNegative)) return;
+  const std::vector<double>& table = camera.response_table;
+  if (table.size() != kResponseTableSize) {
+    values->problem("has " + std::to_string(table.size()) + " values",
+                    "give 256, the linear light of each code from 0 to 255");
+    return;
+  }
+  const auto fall = std::adjacent_find(table.begin(), table.end(),
+                                       [](double low, double high) { return !(high > low); });
+  if (fall != table.end())
+    values->problem("value " + std::to_string(fall - table.begin() + 1) + " (" +
+                        number_text(*(fall + 1)) + ") is not above the one before it (" +
+                        number_text(*fall) + ")",
+                    "must increase from code to code");
+}
+
+CameraSite read_camera(const YamlMap& map) {
+  CameraSite camera;
+  std::array<int, 2> size_px{};
+  map.require("image_size_px", size_px, kPixels);
+  camera.width_px = size_px[0];
+  camera.height_px = size_px[1];
+  map.require("focal_px", camera.focal_px, kPositive);
+  map.require("principal_px", camera.principal_px);
+  read_distortion(map, camera);
+  map.require("position_m", camera.position_m);
+  map.require_degrees("yaw_deg", camera.yaw_rad);
+  map.require_degrees("pitch_deg", camera.pitch_rad, kPitch_deg);
+  map.require_degrees("roll_deg", camera.roll_rad);
+  map.read("exposure_s", camera.exposure_s, kPositive);
+  map.read("rolling_shutter_s", camera.rolling_shutter_s, kNotNegative);
+  read_response(map, camera);
+  map.read("gain_db", camera.gain_db);
+  map.read("path_loss_exponent", camera.path_loss_exponent, kPositive);
+  return camera;
+}
+
+PhotodiodeSite read_photodiode(const YamlMap& map, bool alone) {
+  PhotodiodeSite diode;
+  if (alone) {
+    diode.id = "pd0";
+    map.read("id", diode.id);
+  } else {
+    map.require("id", diode.id);
+  }
+  const auto is_plain = [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
+  };
+  if (!std::all_of(diode.id.begin(), diode.id.end(), is_plain))
+    map.problem("id", "\"" + diode.id + "\" cannot begin the name of a column",
+                "use letters, digits, and the signs _ - .");
+  map.require("position_m", diode.position_m);
+  map.read_degrees("yaw_deg", diode.yaw_rad);
+  map.read_degrees("pitch_deg", diode.pitch_rad, kPitch_deg);
+  map.read_degrees("half_field_of_view_deg", diode.half_field_of_view_rad, kHalfField_deg);
+  map.read("area_m2", diode.area_m2, kPositive);
+  map.read("gain_ratio", diode.gain_ratio, kPositive);
+  map.read("responsivity_a_per_w", diode.responsivity_a_per_w, kPositive);
+  map.read("transimpedance_v_per_a", diode.transimpedance_v_per_a, kPositive);
+  map.read("volts_per_count", diode.volts_per_count, kPositive);
+  map.read("full_scale_v", diode.full_scale_v, kPositive);
+  if (map.has("volts_per_count") && map.has("full_scale_v"))
+    map.problem("full_scale_v", "stands beside volts_per_count", "keep one of the two");
+  map.read("time_offset_s", diode.time_offset_s);
+  return diode;
+}
+
+/// Notes ids that an earlier element of the list already has.
+template <class Element>
+void check_ids(const std::vector<YamlMap>& maps, const std::vector<Element>& elements) {
+  std::set<std::string> seen;
+  for (std::size_t i = 0; i < maps.size(); ++i)
+    if (!elements[i].id.empty() && !seen.insert(elements[i].id).second)
+      maps[i].problem("id", "\"" + elements[i].id + "\" is taken by an earlier element",
+                      "give each an id of its own");
+}
+
+std::vector<PhotodiodeSite> read_photodiodes(const YamlMap& map) {
+  std::vector<YamlMap> maps;
+  if (map.has("photodiode") && map.has("photodiodes")) {
+    map.find("photodiodes");
+    map.refuse("photodiode", "stands beside photodiodes", "move it into the list photodiodes");
+    return {};
+  }
+  if (const auto single = map.map("photodiode")) maps.push_back(*single);
+  for (YamlMap& element : map.maps("photodiodes")) maps.push_back(std::move(element));
+  std::vector<PhotodiodeSite> diodes;
+  for (const YamlMap& element : maps) diodes.push_back(read_photodiode(element, maps.size() == 1));
+  check_ids(maps, diodes);
+  return diodes;
+}
+
+LaneSite read_lane(const YamlMap& map) {
+  LaneSite lane;
+  map.require("id", lane.id);
+  map.require("lateral_m", lane.lateral_m);
+  map.read("width_m", lane.width_m, kPositive);
+  map.require("direction", lane.direction, kDirectionWords);
+  return lane;
+}
+
+RoadSite read_road(const YamlMap& map) {
+  RoadSite road;
+  const bool knows_kind = map.has("kind");
+  map.read("kind", road.kind, kRoadWords);
+  map.read("straight_m", road.straight_m, kNotNegative);
+  if (road.kind == RoadKind::curved) {
+    map.require("radius_m", road.radius_m, kPositive);
+    map.require("turn", road.turn, kTurnWords);
+  } else {
+    map.read("radius_m", road.radius_m, kPositive);
+    map.read("turn", road.turn, kTurnWords);
+    if (!knows_kind && (map.has("radius_m") || map.has("turn")))
+      map.problem("kind", "is missing beside keys of a curved road",
+                  "write kind: curved, or kind: straight to leave them unused");
+  }
+  const std::vector<YamlMap> lanes = map.maps("lanes");
+  for (const YamlMap& element : lanes) {
+    const LaneSite lane = read_lane(element);
+    const double bend = bend_of(road);
+    if (road.radius_m && bend != 0.0 && !(road.radius_m->mean - bend * lane.lateral_m.mean > 0.0))
+      element.problem(
+          "lateral_m",
+          number_text(lane.lateral_m.mean) + " lies at or beyond the centre of the bend",
+          "must be nearer to the line y = 0 than radius_m (" + number_text(road.radius_m->mean) +
+              ") on the inner side");
+    road.lanes.push_back(lane);
+  }
+  check_ids(lanes, road.lanes);
+  map.read("speed_limit_mps", road.speed_limit_mps, kPositive);
+  return road;
+}
+
+/// A beam is a word, or an LM-63 file that exists.
+void read_beam(const YamlMap& map, ChannelSite& channel) {
+  const auto item = map.find("beam");
+  if (!item || !item->get(channel.beam)) return;
+  for (const std::string_view name : {"gain_db", "path_loss_exponent", "half_power_angle_deg"})
+    map.refuse(name, "stands beside beam",
+               "keep either beam or the power law (gain_db, path_loss_exponent)");
+  constexpr std::array<std::string_view, 2> kBeams{"low_beam", "high_beam"};
+  if (std::find(kBeams.begin(), kBeams.end(), channel.beam) != kBeams.end()) return;
+  fs::path file;
+  item->get(file);
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension != ".ies") {
+    const std::string_view near = nearest_name(channel.beam, kBeams);
+    item->problem("\"" + channel.beam.substr(0, 60) + "\" is not a beam",
+                  (near.empty() ? "" : "did you mean \"" + std::string(near) + "\"? ") +
+                      std::string("must be low_beam, high_beam, or an LM-63 file (.ies)"));
+    return;
+  }
+  std::error_code error;
+  if (!fs::is_regular_file(file, error))
+    item->problem("the file " + file.string() + " does not exist",
+                  "check the path; it is relative to this YAML file");
+  channel.beam = file.string();
+}
+
+ChannelSite read_channel(const YamlMap& map) {
+  ChannelSite channel;
+  read_beam(map, channel);
+  if (channel.beam.empty()) {
+    map.read("gain_db", channel.gain_db);
+    map.read("path_loss_exponent", channel.path_loss_exponent, kPositive);
+    map.read_degrees("half_power_angle_deg", channel.half_power_angle_rad, kHalfPower_deg);
+  }
+  map.read("luminous_efficacy_lm_per_w", channel.luminous_efficacy_lm_per_w, kPositive);
+  map.read("lamp_power_w", channel.lamp_power_w, kPositive);
+  return channel;
+}
+
+EgoSite read_ego(const YamlMap& map) {
+  EgoSite ego;
+  map.read("speed_mps", ego.speed_mps, kNotNegative);
+  const auto trace = map.find("trace");
+  if (trace && map.has("speed_mps"))
+    map.problem("trace", "stands beside speed_mps", "keep one of the two");
+  if (!trace && !map.has("speed_mps"))
+    map.problem("", "has neither speed_mps nor trace", "give one of the two");
+  if (trace && trace->get(ego.trace_path)) {
+    std::vector<Problem> problems;
+    ego.trace = read_ego_trace(ego.trace_path, problems);
+    if (!problems.empty())
+      trace->problem("the trace cannot be used: " + to_string(problems.front()), "mend that file");
+    for (std::size_t i = 1; i < problems.size(); ++i) map.add(problems[i]);
+  }
+  return ego;
+}
+
+}  // namespace
+
+Site read_site(const YamlMap& map) {
+  Site site;
+  site.file = map.file();
+  if (const auto camera = map.map("camera")) site.camera = read_camera(*camera);
+  site.photodiodes = read_photodiodes(map);
+  if (!map.has("camera") && !map.has("photodiodes") && !map.has("photodiode"))
+    map.problem("", "has neither a camera nor a photodiode", "add `camera:` or `photodiodes:`");
+  map.read("mains_hz", site.mains_hz, kPositive);
+  if (const auto road = map.map("road")) site.road = read_road(*road);
+  if (const auto lamps = map.map("lamps")) {
+    lamps->read("height_m", site.lamps.height_m, kPositive);
+    lamps->read("separation_m", site.lamps.separation_m, kPositive);
+  }
+  if (const auto channel = map.map("channel")) site.channel = read_channel(*channel);
+  if (const auto ego = map.map("ego")) site.ego = read_ego(*ego);
+  return site;
+}
+
+Site load_site(const fs::path& file) {
+  const YamlReader reader(file);
+  int version = 0;
+  reader.root().require("version", version, NumberRule{1.0, 1.0, false, false});
+  Site site = read_site(reader.root());
+  reader.finish();
+  return site;
+}
+
+void check_site_fits_clip(const Site& site, int width_px, int height_px) {
+  const auto text = [](int width, int height) {
+    return std::to_string(width) + " x " + std::to_string(height);
+  };
+  const std::string clip = text(width_px, height_px);
+  if (!site.camera)
+    throw ConfigError(
+        {{site.file.string(), 0, "camera", "is missing, but a clip of " + clip + " px was given",
+          "add the camera that recorded it, or leave the clip out"}});
+  const CameraSite& camera = *site.camera;
+  if (camera.width_px == width_px && camera.height_px == height_px) return;
+  const bool turned = camera.width_px == height_px && camera.height_px == width_px;
+  throw ConfigError(
+      {{site.file.string(), 0, "camera.image_size_px",
+        "is " + text(camera.width_px, camera.height_px) + " px, the clip has " + clip + " px",
+        turned ? "describe the camera for the upright image, or turn the clip"
+               : "use the site file of this camera mode, or scale image_size_px, "
+                 "focal_px and principal_px together"}});
+}
+
+}  // namespace vildar
