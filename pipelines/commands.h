@@ -10,5 +10,6 @@ namespace vildar {
 /// throws ConfigError, InputError or OutputError, which main() turns into message and code.
 void add_run(CLI::App& program, int& exit_code);
 void add_render(CLI::App& program, int& exit_code);
+void add_evaluate(CLI::App& program, int& exit_code);
 
 }  // namespace vildar
