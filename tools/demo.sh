@@ -5,8 +5,8 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 tools/setup.sh
-cmake --preset release >build_configure.log 2>&1 || { cat build_configure.log >&2; exit 1; }
-rm -f build_configure.log
+mkdir -p build
+cmake --preset release >build/configure_release.log 2>&1 || { cat build/configure_release.log >&2; exit 1; }
 cmake --build build/release
 
 sample=data_samples/straight

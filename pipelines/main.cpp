@@ -1,0 +1,57 @@
+#include <csignal>
+#include <exception>
+#include <iostream>
+
+#include <CLI/CLI.hpp>
+
+#include "core/error.h"
+#include "pipelines/commands.h"
+#include "pipelines/interrupt.h"
+#include "pipelines/version.h"
+
+namespace {
+
+// Exit codes of the contract, section 4.
+constexpr int kInternalError = 1;
+constexpr int kUsage = 2;
+constexpr int kInputUnreadable = 3;
+constexpr int kOutputUnwritable = 5;
+
+int failed(int code, const std::exception& error) {
+  std::cerr << "vildar: " << error.what() << '\n';
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App program{
+      "Speed of vehicles at night from the light of their headlamps.\n"
+      "Example: vildar run clip.mp4 --site site.yaml --out results"};
+  program.name("vildar");
+  program.set_version_flag("--version", std::string("vildar ") + vildar::kVersion);
+  program.require_subcommand(1);
+
+  int exit_code = 0;
+  vildar::add_run(program, exit_code);
+  vildar::add_render(program, exit_code);
+
+  std::signal(SIGINT, vildar::request_interrupt);
+  std::signal(SIGTERM, vildar::request_interrupt);
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return program.exit(error);
+    std::cerr << "vildar: " << error.what() << "; see `vildar --help` and `vildar SUBCOMMAND --help`\n";
+    return kUsage;
+  } catch (const vildar::ConfigError& error) {
+    return failed(kUsage, error);
+  } catch (const vildar::InputError& error) {
+    return failed(kInputUnreadable, error);
+  } catch (const vildar::OutputError& error) {
+    return failed(kOutputUnwritable, error);
+  } catch (const std::exception& error) {
+    return failed(kInternalError, error);
+  }
+  return exit_code;
+}

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace vildar {
+
+/// A one-line progress bar on standard error, drawn only when that is a terminal, at most ten times
+/// a second; the line is wiped at the end.
+class Progress {
+ public:
+  Progress(std::string what, std::optional<std::int64_t> total);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void update(std::int64_t done);
+
+ private:
+  std::string what_;
+  std::optional<std::int64_t> total_;
+  bool terminal_;
+  std::chrono::steady_clock::time_point started_;
+  std::chrono::steady_clock::time_point drawn_;
+};
+
+}  // namespace vildar

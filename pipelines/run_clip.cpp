@@ -1,0 +1,230 @@
+#include "pipelines/run_clip.h"
+
+#include <algorithm>
+#include <ctime>
+#include <limits>
+#include <memory>
+
+#include "detect/detector.h"
+#include "estimate/vehicle.h"
+#include "optics/response.h"
+#include "pipelines/interrupt.h"
+#include "pipelines/progress.h"
+
+namespace vildar {
+namespace {
+
+constexpr double kLeastAlone_s = 0.3;
+constexpr double kMargin_s = 5.0;  // of the trace kept before and after a vehicle is in view
+constexpr std::size_t kPlotPoints = 200;
+
+double process_cpu_s() {
+  timespec now{};
+  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+// Adds the CPU time since the last call to one stage of the table.
+class StageTimer {
+ public:
+  explicit StageTimer(std::map<std::string, double>& table) : table_(table), last_s_(process_cpu_s()) {}
+  void charge(const char* stage) {
+    const double now_s = process_cpu_s();
+    table_[stage] += now_s - last_s_;
+    last_s_ = now_s;
+  }
+
+ private:
+  std::map<std::string, double>& table_;
+  double last_s_;
+};
+
+ClipInterval interval_of(const VehicleTrack& track) {
+  return {seconds_of(track.sightings.front().time), seconds_of(track.sightings.back().time)};
+}
+
+TrackPlot plot_of(const VehicleEstimate& estimate) {
+  TrackPlot plot;
+  plot.track_id = estimate.result.track_id;
+  const std::size_t step = estimate.rows.size() / kPlotPoints + 1;
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t i = 0; i < estimate.rows.size(); i += step) {
+    const TrackRow& row = estimate.rows[i];
+    plot.t_s.push_back(row.time_s);
+    plot.range_m.push_back(row.range_m.value_or(kNone));
+    plot.speed_mps.push_back(row.speed_mps.value_or(kNone));
+    plot.azimuth_rad.push_back(row.bearing_rad ? row.bearing_rad->x() : kNone);
+    plot.intensity.push_back(row.intensity);
+  }
+  return plot;
+}
+
+AnnotatedSighting annotated(int track_id, const VehicleSighting& sighting) {
+  AnnotatedSighting note{sighting.frame, track_id, {}, {}, Eigen::Vector2f::Zero()};
+  float lamps = 0.0F;
+  for (const auto* lamp : {&sighting.left, &sighting.right}) {
+    if (!*lamp) continue;
+    (lamp == &sighting.left ? note.left : note.right) = (*lamp)->box;
+    note.middle_px += (*lamp)->centre_px.cast<float>();
+    lamps += 1.0F;
+  }
+  note.middle_px /= std::max(lamps, 1.0F);
+  return note;
+}
+
+class Measuring {
+ public:
+  Measuring(const RunOptions& options, const Site& site, std::span<const PowerTrace> traces,
+            TracksWriter& tracks, ClipMeasurement& measurement)
+      : options_(options), site_(site), traces_(traces), tracks_(tracks), measurement_(measurement) {}
+
+  void take(std::vector<VehicleTrack> ended) {
+    for (VehicleTrack& track : ended) {
+      if (!traces_.empty() && track.kind == LampKind::headlamp)
+        lit_.push_back({track.id, interval_of(track)});
+      waiting_.push_back(std::move(track));
+    }
+  }
+
+  /// Measures the tracks that ended before `live_since_s`, the first time at which a vehicle still
+  /// followed was seen: none of those can share the photodiode with them.
+  void measure_before(double live_since_s) {
+    const auto ready = std::stable_partition(
+        waiting_.begin(), waiting_.end(), [&](const VehicleTrack& track) {
+          return !traces_.empty() && interval_of(track).to_s >= live_since_s;
+        });
+    for (auto track = ready; track != waiting_.end(); ++track) measure(*track);
+    waiting_.erase(ready, waiting_.end());
+    double earliest_s = live_since_s;
+    for (const VehicleTrack& track : waiting_) earliest_s = std::min(earliest_s, interval_of(track).from_s);
+    std::erase_if(lit_, [&](const Lit& lit) { return lit.interval.to_s < earliest_s; });
+  }
+
+ private:
+  struct Lit {
+    int track_id;
+    ClipInterval interval;
+  };
+
+  void measure(const VehicleTrack& track) {
+    std::vector<ClipInterval> others;
+    for (const Lit& lit : lit_)
+      if (lit.track_id != track.id) others.push_back(lit.interval);
+    std::vector<PowerTrace> cut;
+    cut.reserve(traces_.size());
+    std::vector<VehiclePower> power;
+    for (const PowerTrace& trace : traces_) {
+      const double offset_s =
+          site_.photodiodes[static_cast<std::size_t>(trace.photodiode)].time_offset_s.mean;
+      auto alone = alone_on_trace(trace, offset_s, interval_of(track), others);
+      if (!alone) {
+        power.push_back({&trace, true});
+        continue;
+      }
+      cut.push_back(std::move(*alone));
+      power.push_back({&cut.back(), false});
+    }
+    VehicleEstimate estimate = estimate_vehicle(track, site_, power);
+    tracks_.add(estimate.rows);
+    measurement_.plots.push_back(plot_of(estimate));
+    if (options_.annotate)
+      for (const VehicleSighting& sighting : track.sightings)
+        measurement_.sightings.push_back(annotated(track.id, sighting));
+    measurement_.vehicles.push_back(std::move(estimate.result));
+  }
+
+  const RunOptions& options_;
+  const Site& site_;
+  std::span<const PowerTrace> traces_;
+  TracksWriter& tracks_;
+  ClipMeasurement& measurement_;
+  std::vector<VehicleTrack> waiting_;
+  std::vector<Lit> lit_;
+};
+
+}  // namespace
+
+std::optional<PowerTrace> alone_on_trace(const PowerTrace& trace, double time_offset_s,
+                                         ClipInterval own, std::span<const ClipInterval> others) {
+  std::vector<ClipInterval> busy(others.begin(), others.end());
+  std::sort(busy.begin(), busy.end(),
+            [](const ClipInterval& a, const ClipInterval& b) { return a.from_s < b.from_s; });
+  constexpr double kForever = std::numeric_limits<double>::infinity();
+  ClipInterval best{0.0, 0.0};
+  double best_own_s = kLeastAlone_s;
+  double free_from_s = -kForever;
+  const auto consider = [&](double free_to_s) {
+    const double own_s = std::min(free_to_s, own.to_s) - std::max(free_from_s, own.from_s);
+    if (own_s < best_own_s) return;
+    best = {free_from_s, free_to_s};
+    best_own_s = own_s;
+  };
+  for (const ClipInterval& one : busy) {
+    if (one.from_s > free_from_s) consider(one.from_s);
+    free_from_s = std::max(free_from_s, one.to_s);
+  }
+  consider(kForever);
+  if (!(best.to_s > best.from_s)) return std::nullopt;
+
+  const double from_s = std::max(best.from_s, own.from_s - kMargin_s) - time_offset_s;
+  const double to_s = std::min(best.to_s, own.to_s + kMargin_s) - time_offset_s;
+  const auto first = std::lower_bound(trace.time_s.begin(), trace.time_s.end(), from_s);
+  const auto last = std::upper_bound(first, trace.time_s.end(), to_s);
+  PowerTrace cut;
+  cut.photodiode_id = trace.photodiode_id;
+  cut.photodiode = trace.photodiode;
+  cut.sample_period_s = trace.sample_period_s;
+  cut.noise_sigma_w = trace.noise_sigma_w;
+  cut.ambient_w = trace.ambient_w;
+  cut.time_s.assign(first, last);
+  cut.power_w.assign(trace.power_w.begin() + (first - trace.time_s.begin()),
+                     trace.power_w.begin() + (last - trace.time_s.begin()));
+  return cut;
+}
+
+ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const Site& site,
+                             std::span<const PowerTrace> traces, TracksWriter& tracks,
+                             BlobsWriter* blobs) {
+  ClipMeasurement measurement;
+  Detector detector(DetectOptions{}, Response(*site.camera), site.camera->exposure_s);
+  Tracker tracker(TrackOptions{}, site);
+  Measuring measuring(options, site, traces, tracks, measurement);
+  Progress progress("measuring", clip.info().frames_declared);
+  StageTimer timer(measurement.timings_s);
+  while (const std::optional<Frame> frame = clip.next()) {
+    throw_if_interrupted();
+    timer.charge("decode");
+    BlobFrame found = detector.detect(*frame);
+    measurement.blobs += static_cast<std::int64_t>(found.blobs.size());
+    timer.charge("detect");
+    std::vector<VehicleTrack> ended = tracker.update(found);
+    timer.charge("track");
+    if (!ended.empty()) {
+      measuring.take(std::move(ended));
+      const auto live = tracker.live_since();
+      measuring.measure_before(live ? seconds_of(*live) : std::numeric_limits<double>::infinity());
+      timer.charge("estimate");
+    }
+    if (blobs != nullptr) {
+      blobs->add(found);
+      timer.charge("write");
+    }
+    progress.update(frame->index + 1);
+  }
+  timer.charge("decode");
+  measuring.take(tracker.finish());
+  measuring.measure_before(std::numeric_limits<double>::infinity());
+  timer.charge("estimate");
+
+  measurement.info = clip.info();
+  measurement.counts = clip.counts();
+  measurement.track_counts = tracker.counts();
+  const auto by_id = [](const auto& a, const auto& b) { return a.track_id < b.track_id; };
+  std::sort(measurement.vehicles.begin(), measurement.vehicles.end(), by_id);
+  std::sort(measurement.plots.begin(), measurement.plots.end(), by_id);
+  std::stable_sort(measurement.sightings.begin(), measurement.sightings.end(),
+                   [](const auto& a, const auto& b) { return a.frame < b.frame; });
+  return measurement;
+}
+
+}  // namespace vildar

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "capture/clip_source.h"
+#include "pipelines/run_pipeline.h"
+#include "sink/csv_tables.h"
+#include "sink/report.h"
+#include "track/tracker.h"
+#include "types/power.h"
+#include "types/site.h"
+
+namespace vildar {
+
+/// Where a vehicle stood in a frame, kept for the annotated video only.
+struct AnnotatedSighting {
+  std::int64_t frame = 0;
+  int track_id = 0;
+  std::optional<PixelBox> left, right;
+  Eigen::Vector2f middle_px = Eigen::Vector2f::Zero();
+};
+
+struct ClipMeasurement {
+  ClipInfo info;
+  ClipCounts counts;
+  TrackCounts track_counts;
+  std::int64_t blobs = 0;
+  std::vector<VehicleResult> vehicles;  ///< by track id
+  std::vector<TrackPlot> plots;
+  std::vector<AnnotatedSighting> sightings;  ///< by frame; empty unless the run annotates
+  std::map<std::string, double> timings_s;   ///< CPU time of this process by stage
+};
+
+/// Reads the clip once: finds lamps, follows vehicles, measures each as soon as its track has ended
+/// (with a photodiode: as soon as no vehicle that was in view with it is still followed).
+ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const Site& site,
+                             std::span<const PowerTrace> traces, TracksWriter& tracks,
+                             BlobsWriter* blobs);
+
+/// The trace cut to the time in which `own` alone is in view, photodiode clock, or nothing where
+/// that is shorter than 0.3 s of its own time in view. `others` are the times, in clip time, at
+/// which other vehicles shine on the photodiode.
+struct ClipInterval {
+  double from_s = 0.0;
+  double to_s = 0.0;
+};
+std::optional<PowerTrace> alone_on_trace(const PowerTrace& trace, double time_offset_s,
+                                         ClipInterval own, std::span<const ClipInterval> others);
+
+}  // namespace vildar

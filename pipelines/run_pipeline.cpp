@@ -1,0 +1,168 @@
+#include "pipelines/run_pipeline.h"
+
+#include <algorithm>
+
+#include "capture/photodiode_csv.h"
+#include "condition/condition.h"
+#include "config/site_file.h"
+#include "core/error.h"
+#include "core/text.h"
+#include "estimate/vehicle.h"
+#include "pipelines/interrupt.h"
+#include "pipelines/run_annotate.h"
+#include "pipelines/run_clip.h"
+#include "pipelines/version.h"
+#include "sink/csv_tables.h"
+
+namespace vildar {
+namespace {
+
+namespace fs = std::filesystem;
+
+Problem usage(const std::string& file, const std::string& fault, const std::string& remedy) {
+  return {file, 0, "", fault, remedy};
+}
+
+void check_usage(const RunOptions& options, const Site& site) {
+  std::vector<Problem> problems;
+  const std::string site_file = options.site.string();
+  if (!options.clip && !options.photodiode)
+    problems.push_back(usage("vildar run", "neither a clip nor a photodiode trace was given",
+                             "name a clip, --photodiode TRACE, or both"));
+  if (options.clip && !site.camera)
+    problems.push_back(usage(site_file, "there is a clip but the site has no camera",
+                             "add a `camera:` section, or leave the clip out"));
+  if (options.photodiode && site.photodiodes.empty())
+    problems.push_back(usage(site_file, "there is a photodiode trace but the site has no photodiode",
+                             "add a `photodiodes:` section, or leave --photodiode out"));
+  if (!options.clip && (options.annotate || options.blobs))
+    problems.push_back(usage("vildar run", "--annotate and --blobs need a clip", "name a clip"));
+  for (const std::string& problem : options.clip_options.problems())
+    problems.push_back(usage("vildar run", problem, "see `vildar run --help`"));
+  if (!problems.empty()) throw ConfigError(std::move(problems));
+}
+
+void append(std::vector<std::string>& to, const std::vector<std::string>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+// A broken trace beside a clip does not stop the run: it is named, and the camera goes on alone.
+std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site, RunSummary& summary) {
+  if (!options.photodiode) return {};
+  try {
+    summary.inputs.push_back(describe_input("photodiode", *options.photodiode));
+    const PhotodiodeRecording recording = read_photodiode_csv(*options.photodiode);
+    append(summary.warnings, recording.warnings);
+    summary.damaged |= recording.damaged;
+    summary.counts["photodiode_rows_read"] = recording.rows_read;
+    for (const auto& [reason, rows] : recording.rejected)
+      summary.counts["photodiode_rows_rejected_" + reason] = rows;
+    std::vector<PowerTrace> traces = condition(recording, site);
+    for (const PowerTrace& trace : traces) {
+      const std::string prefix = "photodiode_" + trace.photodiode_id + "_samples_";
+      summary.counts[prefix + "used"] = static_cast<std::int64_t>(trace.time_s.size());
+      for (const auto& [reason, samples] : trace.rejected) {
+        summary.counts[prefix + "rejected_" + reason] = samples;
+        if (samples == 0) continue;
+        summary.damaged = true;
+        summary.warnings.push_back(options.photodiode->string() + ": " + std::to_string(samples) +
+                                   " samples of " + trace.photodiode_id + " left out: " + reason);
+      }
+    }
+    return traces;
+  } catch (const InputError& error) {
+    if (!options.clip) throw;
+    summary.damaged = true;
+    summary.warnings.push_back(std::string(error.what()) + "; measuring with the camera alone");
+    return {};
+  }
+}
+
+void describe_clip(const ClipMeasurement& measurement, const RunOptions& options, RunSummary& summary) {
+  const ClipInfo& info = measurement.info;
+  summary.clip["container"] = info.container;
+  summary.clip["codec"] = info.codec;
+  summary.clip["pixel_format"] = info.pixel_format;
+  summary.clip["colour_range"] = info.colour_range;
+  summary.clip["size_px"] = std::to_string(info.width_px) + "x" + std::to_string(info.height_px);
+  summary.clip["rotation_deg"] = std::to_string(info.rotation_deg);
+  summary.clip["frame_rate_hz"] = number_text(info.nominal_frame_rate_hz);
+  summary.clip["frame_rate_overridden"] = info.frame_rate_overridden ? "true" : "false";
+  if (info.duration_s) summary.clip["duration_s"] = number_text(*info.duration_s);
+  const ClipCounts& counts = measurement.counts;
+  summary.counts["frames_read"] = counts.frames_read;
+  summary.counts["frames_damaged"] = counts.frames_damaged;
+  summary.counts["frames_dropped"] = counts.frames_dropped;
+  summary.counts["frames_of_other_size"] = counts.frames_of_other_size;
+  summary.counts["packets_damaged"] = counts.packets_damaged;
+  summary.counts["time_stamps_repaired"] = counts.time_stamps_repaired;
+  summary.counts["blobs"] = measurement.blobs;
+  summary.counts["static_lights"] = measurement.track_counts.static_lights;
+  summary.counts["reflections"] = measurement.track_counts.reflections;
+  summary.counts["short_tracks"] = measurement.track_counts.short_tracks;
+  summary.timings_s.insert(measurement.timings_s.begin(), measurement.timings_s.end());
+  append(summary.warnings, counts.warnings);
+  if (counts.truncated)
+    summary.warnings.push_back(options.clip->string() + ": ends early; the " +
+                               std::to_string(counts.frames_read) + " frames that are there were used");
+  summary.damaged |= counts.damaged();
+}
+
+std::vector<VehicleResult> measure_passes(const Site& site, const std::vector<PowerTrace>& traces) {
+  std::vector<VehicleResult> vehicles;
+  if (traces.empty()) return vehicles;
+  const std::vector<PowerPass> passes = find_passes(traces.front());
+  for (std::size_t i = 0; i < passes.size(); ++i)
+    vehicles.push_back(estimate_pass(passes[i], static_cast<int>(i) + 1, site, traces));
+  return vehicles;
+}
+
+void collect_vehicle_warnings(const std::vector<VehicleResult>& vehicles, RunSummary& summary) {
+  for (const VehicleResult& vehicle : vehicles)
+    for (const std::string& warning : vehicle.warnings)
+      summary.warnings.push_back("vehicle " + std::to_string(vehicle.track_id) + ": " + warning);
+}
+
+}  // namespace
+
+RunOutcome run_pipeline(const RunOptions& options) {
+  const Site site = load_site(options.site);
+  check_usage(options, site);
+
+  RunOutcome outcome;
+  RunSummary& summary = outcome.summary;
+  summary.version = kVersion;
+  summary.settings_yaml = effective_site_yaml(site);
+  summary.inputs.push_back(describe_input("site", options.site));
+  if (options.clip) summary.inputs.push_back(describe_input("clip", *options.clip));
+
+  std::vector<TrackPlot> plots;
+  if (options.clip) {
+    ClipSource clip(*options.clip, options.clip_options);
+    check_site_fits_clip(site, clip.info().width_px, clip.info().height_px);
+    const std::vector<PowerTrace> traces = read_traces(options, site, summary);
+    TracksWriter tracks(options.out / "tracks.csv");
+    std::optional<BlobsWriter> blobs;
+    if (options.blobs) blobs.emplace(options.out / "blobs.csv");
+    ClipMeasurement measurement =
+        measure_clip(clip, options, site, traces, tracks, blobs ? &*blobs : nullptr);
+    describe_clip(measurement, options, summary);
+    if (options.annotate) annotate_clip(options, measurement);
+    outcome.vehicles = std::move(measurement.vehicles);
+    plots = std::move(measurement.plots);
+    tracks.commit();
+    if (blobs) blobs->commit();
+  } else {
+    outcome.vehicles = measure_passes(site, read_traces(options, site, summary));
+    TracksWriter(options.out / "tracks.csv").commit();
+  }
+
+  collect_vehicle_warnings(outcome.vehicles, summary);
+  write_speeds(options.out / "speeds.csv", outcome.vehicles);
+  write_methods(options.out / "methods.csv", outcome.vehicles);
+  write_report(options.out / "report.html", summary, outcome.vehicles, plots);
+  write_run_json(options.out / "run.json", summary, outcome.vehicles);
+  return outcome;
+}
+
+}  // namespace vildar

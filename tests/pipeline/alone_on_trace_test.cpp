@@ -1,0 +1,47 @@
+#include <gtest/gtest.h>
+
+#include "pipelines/run_clip.h"
+
+namespace vildar {
+namespace {
+
+// 20 s at 100 Hz; the value of a sample is its index.
+PowerTrace ramp() {
+  PowerTrace trace;
+  for (int i = 0; i < 2000; ++i) {
+    trace.time_s.push_back(0.01 * i);
+    trace.power_w.push_back(static_cast<float>(i));
+  }
+  return trace;
+}
+
+TEST(AloneOnTrace, KeepsTheTimeBetweenNeighbours) {
+  const std::vector<ClipInterval> others{{0.0, 7.0}, {9.0, 12.0}};
+  const auto cut = alone_on_trace(ramp(), 0.0, {6.0, 10.0}, others);
+  ASSERT_TRUE(cut);
+  EXPECT_NEAR(cut->time_s.front(), 7.0, 0.011);
+  EXPECT_NEAR(cut->time_s.back(), 9.0, 0.011);
+  EXPECT_EQ(cut->power_w.front(), static_cast<float>(std::lround(cut->time_s.front() * 100.0)));
+  EXPECT_EQ(cut->power_w.size(), cut->time_s.size());
+}
+
+TEST(AloneOnTrace, TakesTheLongerOfTwoFreeStretches) {
+  const std::vector<ClipInterval> others{{6.5, 7.0}};
+  const auto cut = alone_on_trace(ramp(), 0.0, {6.0, 10.0}, others);
+  ASSERT_TRUE(cut);
+  EXPECT_GE(cut->time_s.front(), 7.0 - 1e-9);
+  EXPECT_GT(cut->time_s.back(), 10.0);
+}
+
+TEST(AloneOnTrace, NothingWhereAnotherVehicleCoversTheView) {
+  EXPECT_FALSE(alone_on_trace(ramp(), 0.0, {6.0, 10.0}, std::vector<ClipInterval>{{5.0, 8.0}, {7.5, 9.8}}));
+}
+
+TEST(AloneOnTrace, ClipTimeIsPhotodiodeTimePlusOffset) {
+  const auto cut = alone_on_trace(ramp(), 2.0, {8.0, 10.0}, std::vector<ClipInterval>{{0.0, 8.5}});
+  ASSERT_TRUE(cut);
+  EXPECT_NEAR(cut->time_s.front(), 6.5, 0.011);
+}
+
+}  // namespace
+}  // namespace vildar
