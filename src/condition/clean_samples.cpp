@@ -1,0 +1,161 @@
+#include "condition/clean_samples.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace vildar {
+namespace {
+
+constexpr std::size_t kFlatRun = 5;
+constexpr float kRailFraction = 0.999F;  // the top code of a converter of 10 bits or more
+
+struct Rails {
+  float low = -std::numeric_limits<float>::infinity();
+  float high = std::numeric_limits<float>::infinity();
+  bool known = false;
+};
+
+bool is_top_code(float value) {
+  for (int bits = 7; bits <= 24; ++bits)
+    if (value == static_cast<float>((1 << bits) - 1)) return true;
+  return false;
+}
+
+Rails rails_of_counts(const std::vector<float>& values) {
+  Rails rails;
+  const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
+  if (!std::all_of(values.begin(), values.end(),
+                   [](float value) { return value == std::floor(value); }))
+    return rails;
+  if (*highest < 127.0F)
+    return rails;  // 0 is the bottom of a converter only where the codes are those of one
+  if (*lowest == 0.0F) rails.low = 0.0F;
+  if (*lowest < 0.0F && is_top_code(-*lowest - 1.0F)) rails.low = *lowest;
+  if (is_top_code(*highest)) {
+    rails.high = *highest;
+    rails.known = true;
+  }
+  return rails;
+}
+
+Rails rails_of(const std::vector<float>& values, PowerQuantity quantity,
+               const PhotodiodeSite& photodiode) {
+  if (quantity == PowerQuantity::counts && !photodiode.full_scale_v) return rails_of_counts(values);
+  if (!photodiode.full_scale_v) return {};
+  double full_scale = *photodiode.full_scale_v;
+  if (quantity == PowerQuantity::counts)
+    full_scale = photodiode.volts_per_count ? full_scale / *photodiode.volts_per_count : 1.0;
+  else if (quantity != PowerQuantity::voltage_v)
+    return {};
+  const float rail = kRailFraction * static_cast<float>(full_scale);
+  return {.low = -rail, .high = rail, .known = true};
+}
+
+/// Whether each sample is clipped.
+std::vector<bool> clipped(const std::vector<float>& values, const Rails& rails) {
+  std::vector<bool> found(values.size(), false);
+  if (values.empty()) return found;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    found[i] = values[i] <= rails.low || values[i] >= rails.high;
+  const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
+  if (rails.known || *lowest == *highest) return found;
+  for (std::size_t i = 0; i < values.size();) {
+    std::size_t end = i;
+    while (end < values.size() && values[end] == *highest) ++end;
+    if (end - i >= kFlatRun)
+      std::fill(found.begin() + static_cast<std::ptrdiff_t>(i),
+                found.begin() + static_cast<std::ptrdiff_t>(end), true);
+    i = std::max(end, i + 1);
+  }
+  return found;
+}
+
+/// Indices of the longest strictly increasing selection of `time_s` (patience sorting): one wild
+/// stamp costs itself, and not all that come after it.
+std::vector<std::size_t> increasing_selection(const std::vector<double>& time_s) {
+  constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  std::vector<std::size_t> tails;  // tails[k]: last sample of the best selection of k + 1 samples
+  std::vector<std::size_t> before(time_s.size(), kNone);
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
+    auto place = tails.end();
+    if (!tails.empty() && !(time_s[i] > time_s[tails.back()]))
+      place = std::lower_bound(
+          tails.begin(), tails.end(), time_s[i],
+          [&](std::size_t tail, double stamp_s) { return time_s[tail] < stamp_s; });
+    if (place != tails.begin()) before[i] = *(place - 1);
+    if (place == tails.end()) tails.push_back(i);
+    // Of equal stamps the first stays.
+    else if (time_s[*place] != time_s[i])
+      *place = i;
+  }
+  std::vector<std::size_t> selected(tails.size());
+  std::size_t at = tails.empty() ? kNone : tails.back();
+  for (std::size_t k = tails.size(); k-- > 0; at = before[at]) selected[k] = at;
+  return selected;
+}
+
+void reject(CleanSamples& clean, const std::string& reason) { ++clean.rejected[reason]; }
+
+/// Keeps the longest increasing selection; the rest is counted.
+void put_in_order(CleanSamples& clean) {
+  const auto& time_s = clean.time_s;
+  if (std::is_sorted(time_s.begin(), time_s.end(), std::less_equal<>())) return;
+  const std::vector<std::size_t> selected = increasing_selection(time_s);
+  std::vector<double> kept_s;
+  std::vector<float> kept;
+  kept_s.reserve(selected.size());
+  kept.reserve(selected.size());
+  for (const std::size_t i : selected) {
+    kept_s.push_back(time_s[i]);
+    kept.push_back(clean.values[i]);
+  }
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
+    if (next < selected.size() && selected[next] == i) {
+      ++next;
+      continue;
+    }
+    const bool repeats = std::binary_search(kept_s.begin(), kept_s.end(), time_s[i]);
+    reject(clean, repeats ? "repeated" : "out_of_order");
+  }
+  clean.time_s = std::move(kept_s);
+  clean.values = std::move(kept);
+}
+
+}  // namespace
+
+CleanSamples clean_samples(const std::vector<double>& time_s, const std::vector<float>& values,
+                           PowerQuantity quantity, const PhotodiodeSite& photodiode) {
+  CleanSamples finite;
+  finite.time_s.reserve(values.size());
+  finite.values.reserve(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!std::isfinite(values[i]) || !std::isfinite(time_s[i])) {
+      reject(finite, "not_a_number");
+      continue;
+    }
+    finite.time_s.push_back(time_s[i]);
+    finite.values.push_back(values[i]);
+  }
+  put_in_order(finite);
+  if (finite.values.empty()) return finite;
+
+  const std::vector<bool> at_rail =
+      clipped(finite.values, rails_of(finite.values, quantity, photodiode));
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < finite.values.size(); ++i) {
+    if (at_rail[i]) {
+      reject(finite, "clipped");
+      continue;
+    }
+    finite.time_s[kept] = finite.time_s[i];
+    finite.values[kept] = finite.values[i];
+    ++kept;
+  }
+  finite.time_s.resize(kept);
+  finite.values.resize(kept);
+  return finite;
+}
+
+}  // namespace vildar

@@ -1,0 +1,77 @@
+#include "condition/condition.h"
+
+#include <algorithm>
+
+#include "condition/clean_samples.h"
+#include "condition/noise.h"
+#include "core/error.h"
+
+namespace vildar {
+namespace {
+
+std::size_t photodiode_named(const std::string& id, std::size_t channels, const Site& site) {
+  if (site.photodiodes.empty())
+    throw InputError(
+        site.file.string() +
+        ": has no photodiode, but a photodiode trace was given; describe it under photodiodes:");
+  if (id.empty() && channels == 1) return 0;
+  std::string known;
+  for (std::size_t i = 0; i < site.photodiodes.size(); ++i) {
+    if (site.photodiodes[i].id == id) return i;
+    known += (i == 0 ? "" : ", ") + site.photodiodes[i].id;
+  }
+  throw InputError("the trace's photodiode \"" + id + "\" is not in " + site.file.string() +
+                   ", which has " + known + "; rename the column or the id");
+}
+
+double needed(const std::optional<double>& factor, const char* key, const char* use,
+              std::size_t photodiode, const Site& site) {
+  if (factor) return *factor;
+  throw InputError(site.file.string() + ": photodiodes[" + std::to_string(photodiode) + "]." + key +
+                   " is missing, and the trace needs it to turn " + use +
+                   "; add it, or record power_w");
+}
+
+/// What one unit of the recording is in watts.
+double watts_per_unit(PowerQuantity quantity, std::size_t index, const Site& site) {
+  const PhotodiodeSite& photodiode = site.photodiodes[index];
+  if (quantity == PowerQuantity::power_w) return 1.0;
+  double amperes = 1.0;
+  if (quantity != PowerQuantity::current_a) {
+    double volts = 1.0;
+    if (quantity == PowerQuantity::counts) {
+      const std::optional<double>& scale =
+          photodiode.volts_per_count ? photodiode.volts_per_count : photodiode.full_scale_v;
+      volts = needed(scale, "volts_per_count", "counts into volts", index, site);
+    }
+    amperes = volts / needed(photodiode.transimpedance_v_per_a, "transimpedance_v_per_a",
+                             "volts into amperes", index, site);
+  }
+  return amperes / needed(photodiode.responsivity_a_per_w, "responsivity_a_per_w",
+                          "amperes into watts", index, site);
+}
+
+}  // namespace
+
+std::vector<PowerTrace> condition(const PhotodiodeRecording& recording, const Site& site) {
+  std::vector<PowerTrace> traces;
+  for (std::size_t channel = 0; channel < recording.ids.size(); ++channel) {
+    const std::size_t index = photodiode_named(recording.ids[channel], recording.ids.size(), site);
+    const double unit_w = watts_per_unit(recording.quantity, index, site);
+    CleanSamples clean = clean_samples(recording.time_s, recording.values[channel],
+                                       recording.quantity, site.photodiodes[index]);
+    PowerTrace trace;
+    trace.photodiode_id = site.photodiodes[index].id;
+    trace.photodiode = static_cast<int>(index);
+    trace.time_s = std::move(clean.time_s);
+    trace.power_w = std::move(clean.values);
+    trace.rejected = std::move(clean.rejected);
+    if (unit_w != 1.0)
+      for (float& power_w : trace.power_w) power_w = static_cast<float>(power_w * unit_w);
+    set_levels(trace);
+    traces.push_back(std::move(trace));
+  }
+  return traces;
+}
+
+}  // namespace vildar

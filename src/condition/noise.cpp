@@ -1,0 +1,81 @@
+#include "condition/noise.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "condition/condition.h"
+
+namespace vildar {
+namespace {
+
+/// Of one sample. Differences of neighbours are blind to slow light; their median is blind to
+/// edges.
+double white_sigma_w(const PowerTrace& trace) {
+  constexpr double kSigmaFromMedian = 0.6744897501960817;  // median of |x|, x standard normal
+  std::vector<double> steps_w;
+  double smallest_step_w = 0.0;
+  for (std::size_t i = 1; i < trace.time_s.size(); ++i) {
+    if (trace.time_s[i] - trace.time_s[i - 1] > 1.5 * trace.sample_period_s) continue;
+    const double step_w = std::abs(static_cast<double>(trace.power_w[i]) - trace.power_w[i - 1]);
+    steps_w.push_back(step_w);
+    if (step_w > 0.0 && (smallest_step_w == 0.0 || step_w < smallest_step_w))
+      smallest_step_w = step_w;
+  }
+  if (steps_w.empty()) return 0.0;
+  const double sigma_w = median_of(steps_w) / (kSigmaFromMedian * std::sqrt(2.0));
+  // Neighbours mostly equal: the converter's step hides the noise, which then is that of rounding.
+  return sigma_w > 0.0 ? sigma_w : smallest_step_w / std::sqrt(12.0);
+}
+
+double dark_level_w(const PowerTrace& trace) {
+  constexpr double kBlock_s = 0.05;
+  constexpr double kMiddleOfLowestQuarter = 0.125;
+  const double first_s = trace.time_s.front();
+  const double last_s = trace.time_s.back() + 0.5 * trace.sample_period_s;
+  const double block_s = std::max(kBlock_s, trace.sample_period_s);
+  const std::vector<PowerBlock> blocks =
+      block_means(trace, first_s, std::max(first_s, last_s), block_s);
+  if (blocks.empty()) {
+    std::vector<double> powers_w(trace.power_w.begin(), trace.power_w.end());
+    return quantile_of(powers_w, kMiddleOfLowestQuarter);
+  }
+  std::vector<double> means_w;
+  std::vector<double> sigmas_w;
+  for (const PowerBlock& block : blocks) {
+    means_w.push_back(block.power_w);
+    sigmas_w.push_back(block.sigma_w);
+  }
+  // The lowest quarter alone would lie below the level by the noise of the means: all means that
+  // are of that level count.
+  const double low_w = quantile_of(means_w, kMiddleOfLowestQuarter);
+  const double limit_w = low_w + 4.0 * median_of(sigmas_w);
+  std::erase_if(means_w, [limit_w](double mean_w) { return mean_w > limit_w; });
+  return median_of(means_w);
+}
+
+}  // namespace
+
+double quantile_of(std::vector<double>& values, double fraction) {
+  const auto rank = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + rank, values.end());
+  return values[static_cast<std::size_t>(rank)];
+}
+
+double median_of(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 != 0) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+void set_levels(PowerTrace& trace) {
+  if (trace.time_s.empty()) return;
+  std::vector<double> spacings_s;
+  for (std::size_t i = 1; i < trace.time_s.size(); ++i)
+    spacings_s.push_back(trace.time_s[i] - trace.time_s[i - 1]);
+  if (!spacings_s.empty()) trace.sample_period_s = median_of(spacings_s);
+  trace.noise_sigma_w = white_sigma_w(trace);
+  trace.ambient_w = dark_level_w(trace);
+}
+
+}  // namespace vildar

@@ -1,0 +1,126 @@
+#include <algorithm>
+#include <cmath>
+
+#include "condition/condition.h"
+#include "condition/noise.h"
+
+namespace vildar {
+namespace {
+
+constexpr double kBlock_s = 0.02;  // two periods of 100 Hz flicker
+constexpr double kLeastSamples = 4.0;
+constexpr double kSigmas = 6.0;
+constexpr double kShareOfRange = 0.02;
+constexpr double kFollowDownTo = 0.5;  // of the threshold
+constexpr double kShortest_s = 0.1;
+constexpr double kLongestGap_s = 1.0;
+constexpr double kDeepMinimum = 0.4;  // of the lower maximum: pitching and beam patterns stay above
+
+/// Blocks [first, last].
+struct Stretch {
+  std::size_t first = 0;
+  std::size_t last = 0;
+};
+
+/// Blocks of a trace with what counts as light in them.
+struct Light {
+  std::vector<PowerBlock> blocks;
+  std::vector<double> above_w;  ///< above ambient
+  double sigma_w = 0.0;         ///< of one block in the dark, flicker included
+  double threshold_w = 0.0;
+};
+
+Light light_in(const PowerTrace& trace) {
+  Light light;
+  const double block_s = std::max(kBlock_s, kLeastSamples * trace.sample_period_s);
+  light.blocks = block_means(trace, trace.time_s.front(),
+                             trace.time_s.back() + 0.5 * trace.sample_period_s, block_s);
+  if (light.blocks.empty()) return light;
+  std::vector<double> sigmas_w;
+  for (const PowerBlock& block : light.blocks) {
+    light.above_w.push_back(block.power_w - trace.ambient_w);
+    sigmas_w.push_back(block.sigma_w);
+  }
+  // Vehicles only add light, so what lies below ambient shows how far blocks scatter in the dark.
+  constexpr double kLowest = 0.05;
+  constexpr double kSigmasAtLowest = 1.6448536269514722;
+  std::vector<double> sorted = light.above_w;
+  const double scatter_w = -quantile_of(sorted, kLowest) / kSigmasAtLowest;
+  light.sigma_w = std::max(median_of(sigmas_w), scatter_w);
+  const double range_w = *std::max_element(light.above_w.begin(), light.above_w.end());
+  light.threshold_w = std::max(kSigmas * light.sigma_w, kShareOfRange * range_w);
+  return light;
+}
+
+bool gap_before(const Light& light, std::size_t i) {
+  return light.blocks[i].time_s - light.blocks[i - 1].time_s > kLongestGap_s;
+}
+
+std::vector<Stretch> stretches_of(const Light& light) {
+  std::vector<Stretch> found;
+  const double low_w = kFollowDownTo * light.threshold_w;
+  const std::size_t count = light.blocks.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!(light.above_w[i] > light.threshold_w)) continue;
+    Stretch stretch{i, i};
+    while (stretch.first > 0 && light.above_w[stretch.first - 1] > low_w &&
+           !gap_before(light, stretch.first))
+      --stretch.first;
+    while (stretch.last + 1 < count && light.above_w[stretch.last + 1] > low_w &&
+           !gap_before(light, stretch.last + 1))
+      ++stretch.last;
+    i = stretch.last;
+    found.push_back(stretch);
+  }
+  return found;
+}
+
+/// Cuts a stretch at every deep minimum; the minimum itself goes to the later part.
+std::vector<Stretch> parts_of(const Light& light, Stretch whole) {
+  std::vector<Stretch> parts;
+  std::size_t first = whole.first, lowest = whole.first;
+  double peak_w = light.above_w[whole.first];
+  for (std::size_t i = whole.first + 1; i <= whole.last; ++i) {
+    const double here_w = light.above_w[i];
+    if (here_w < light.above_w[lowest]) lowest = i;
+    const double lower_peak_w = std::min(peak_w, here_w);
+    const double minimum_w = light.above_w[lowest];
+    if (lowest > first && minimum_w < kDeepMinimum * lower_peak_w &&
+        lower_peak_w - minimum_w > kSigmas * light.sigma_w) {
+      parts.push_back({first, lowest - 1});
+      first = lowest;
+      peak_w = here_w;
+      lowest = i;
+    } else if (here_w > peak_w) {
+      peak_w = here_w;
+      lowest = i;
+    }
+  }
+  parts.push_back({first, whole.last});
+  return parts;
+}
+
+}  // namespace
+
+std::vector<PowerPass> find_passes(const PowerTrace& trace) {
+  std::vector<PowerPass> passes;
+  if (trace.time_s.size() < 2) return passes;
+  const Light light = light_in(trace);
+  if (light.blocks.empty() || !(light.threshold_w > 0.0)) return passes;
+  for (const Stretch& whole : stretches_of(light)) {
+    for (const Stretch& part : parts_of(light, whole)) {
+      const PowerBlock& first = light.blocks[part.first];
+      const PowerBlock& last = light.blocks[part.last];
+      const auto begin = light.above_w.begin();
+      const auto peak = std::max_element(begin + static_cast<std::ptrdiff_t>(part.first),
+                                         begin + static_cast<std::ptrdiff_t>(part.last) + 1);
+      const PowerPass pass{.from_s = first.time_s - 0.5 * first.duration_s,
+                           .to_s = last.time_s + 0.5 * last.duration_s,
+                           .peak_s = light.blocks[static_cast<std::size_t>(peak - begin)].time_s};
+      if (pass.to_s - pass.from_s >= kShortest_s) passes.push_back(pass);
+    }
+  }
+  return passes;
+}
+
+}  // namespace vildar
