@@ -194,6 +194,7 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
   while (const std::optional<Frame> frame = clip.next()) {
     throw_if_interrupted();
     timer.charge("decode");
+    measurement.last_frame_s = seconds_of(frame->time);
     BlobFrame found = detector.detect(*frame);
     measurement.blobs += static_cast<std::int64_t>(found.blobs.size());
     timer.charge("detect");

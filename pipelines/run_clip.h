@@ -29,6 +29,7 @@ struct ClipMeasurement {
   ClipCounts counts;
   TrackCounts track_counts;
   std::int64_t blobs = 0;
+  double last_frame_s = 0.0;
   std::vector<VehicleResult> vehicles;  ///< by track id
   std::vector<TrackPlot> plots;
   std::vector<AnnotatedSighting> sightings;  ///< by frame; empty unless the run annotates

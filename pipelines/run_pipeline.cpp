@@ -1,6 +1,7 @@
 #include "pipelines/run_pipeline.h"
 
-#include <algorithm>
+#include <array>
+#include <ctime>
 
 #include "capture/photodiode_csv.h"
 #include "condition/condition.h"
@@ -42,6 +43,22 @@ void check_usage(const RunOptions& options, const Site& site) {
   if (!problems.empty()) throw ConfigError(std::move(problems));
 }
 
+std::string utc_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm broken_down{};
+  ::gmtime_r(&now, &broken_down);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &broken_down);
+  return text.data();
+}
+
+std::map<std::string, std::string> options_in_force(const RunOptions& options) {
+  const ClipOptions& clip = options.clip_options;
+  return {{"frame_rate_override_hz", clip.frame_rate_hz ? number_text(*clip.frame_rate_hz) : "none"},
+          {"decoder_threads", std::to_string(clip.decoder_threads)},
+          {"fast", clip.skip_loop_filter ? "true" : "false"}};
+}
+
 void append(std::vector<std::string>& to, const std::vector<std::string>& from) {
   to.insert(to.end(), from.begin(), from.end());
 }
@@ -54,15 +71,14 @@ std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
     const PhotodiodeRecording recording = read_photodiode_csv(*options.photodiode);
     append(summary.warnings, recording.warnings);
     summary.damaged |= recording.damaged;
-    summary.counts["photodiode_rows_read"] = recording.rows_read;
-    for (const auto& [reason, rows] : recording.rejected)
-      summary.counts["photodiode_rows_rejected_" + reason] = rows;
+    summary.counts["samples_read"] = recording.rows_read;
+    if (!recording.rejected.empty()) summary.rejected_samples["unreadable_rows"] = recording.rejected;
     std::vector<PowerTrace> traces = condition(recording, site);
     for (const PowerTrace& trace : traces) {
-      const std::string prefix = "photodiode_" + trace.photodiode_id + "_samples_";
-      summary.counts[prefix + "used"] = static_cast<std::int64_t>(trace.time_s.size());
+      summary.counts["samples_used_" + trace.photodiode_id] =
+          static_cast<std::int64_t>(trace.time_s.size());
+      summary.rejected_samples[trace.photodiode_id] = trace.rejected;
       for (const auto& [reason, samples] : trace.rejected) {
-        summary.counts[prefix + "rejected_" + reason] = samples;
         if (samples == 0) continue;
         summary.damaged = true;
         summary.warnings.push_back(options.photodiode->string() + ": " + std::to_string(samples) +
@@ -80,15 +96,10 @@ std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
 
 void describe_clip(const ClipMeasurement& measurement, const RunOptions& options, RunSummary& summary) {
   const ClipInfo& info = measurement.info;
-  summary.clip["container"] = info.container;
-  summary.clip["codec"] = info.codec;
-  summary.clip["pixel_format"] = info.pixel_format;
-  summary.clip["colour_range"] = info.colour_range;
-  summary.clip["size_px"] = std::to_string(info.width_px) + "x" + std::to_string(info.height_px);
-  summary.clip["rotation_deg"] = std::to_string(info.rotation_deg);
-  summary.clip["frame_rate_hz"] = number_text(info.nominal_frame_rate_hz);
-  summary.clip["frame_rate_overridden"] = info.frame_rate_overridden ? "true" : "false";
-  if (info.duration_s) summary.clip["duration_s"] = number_text(*info.duration_s);
+  summary.clip = ClipSummary{info.container,    info.codec,       info.pixel_format,
+                             info.width_px,     info.height_px,   info.rotation_deg,
+                             info.nominal_frame_rate_hz, measurement.last_frame_s};
+  summary.options["colour_range"] = info.colour_range;
   const ClipCounts& counts = measurement.counts;
   summary.counts["frames_read"] = counts.frames_read;
   summary.counts["frames_damaged"] = counts.frames_damaged;
@@ -132,7 +143,10 @@ RunOutcome run_pipeline(const RunOptions& options) {
   RunOutcome outcome;
   RunSummary& summary = outcome.summary;
   summary.version = kVersion;
+  summary.started = utc_now();
   summary.settings_yaml = effective_site_yaml(site);
+  summary.speed_limit_mps = site.road.speed_limit_mps;
+  summary.options = options_in_force(options);
   summary.inputs.push_back(describe_input("site", options.site));
   if (options.clip) summary.inputs.push_back(describe_input("clip", *options.clip));
 

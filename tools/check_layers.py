@@ -16,8 +16,8 @@ NOUNS = {"core", "types", "config", "optics"}
 ALLOWED = {
     "core": set(),
     "types": {"core"},
-    "config": {"core", "types"},
-    "optics": {"core", "types", "config"},
+    "config": {"core", "types", "optics"},
+    "optics": {"core", "types"},
     "calib": NOUNS | {"detect", "estimate"},
     "simulate": NOUNS | {"estimate"},
 }

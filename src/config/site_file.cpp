@@ -7,6 +7,7 @@
 
 #include "config/ego_trace.h"
 #include "config/site_words.h"
+#include "core/quantity.h"
 #include "core/text.h"
 #include "optics/road.h"
 
@@ -91,9 +92,12 @@ CameraSite read_camera(const YamlMap& map) {
   map.require("principal_px", camera.principal_px);
   read_distortion(map, camera);
   map.require("position_m", camera.position_m);
-  map.require_degrees("yaw_deg", camera.yaw_rad);
-  map.require_degrees("pitch_deg", camera.pitch_rad, kPitch_deg);
-  map.require_degrees("roll_deg", camera.roll_rad);
+  // An angle left out is unknown, not zero: a level camera looking up-road, give or take this much.
+  camera.yaw_rad = camera.pitch_rad = {0.0, radians_from_degrees(5.0)};
+  camera.roll_rad = {0.0, radians_from_degrees(2.0)};
+  map.read_degrees("yaw_deg", camera.yaw_rad);
+  map.read_degrees("pitch_deg", camera.pitch_rad, kPitch_deg);
+  map.read_degrees("roll_deg", camera.roll_rad);
   map.read("exposure_s", camera.exposure_s, kPositive);
   map.read("rolling_shutter_s", camera.rolling_shutter_s, kNotNegative);
   read_response(map, camera);

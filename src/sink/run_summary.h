@@ -48,7 +48,7 @@ struct RunSummary {
   std::map<std::string, std::int64_t> counts;  ///< frames_read, frames_damaged, samples_read, ...
   /// Photodiode id -> reason -> samples left out.
   std::map<std::string, std::map<std::string, std::int64_t>> rejected_samples;
-  std::map<std::string, double> timings_s;  ///< stage -> seconds of wall clock
+  std::map<std::string, double> timings_s;  ///< stage -> seconds of CPU time of the process
   std::vector<std::string> warnings;        ///< each names file, place, fault and remedy
   bool damaged = false;                     ///< an input was damaged and the rest of it was used
 };
