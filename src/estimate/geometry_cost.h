@@ -1,0 +1,77 @@
+#pragma once
+
+#include "estimate/geometry_fit.h"
+
+namespace vildar {
+
+// Residual functors shared by the camera-only and the joint fit; T may be a ceres::Jet.
+
+/// Whitened error of one lamp in one frame.
+struct LampResidual {
+  const GeometryProblem* problem;
+  std::size_t index;
+
+  template <class T>
+  bool operator()(const T* p, T* residual) const {
+    const LampObservation& seen = problem->lamps[index];
+    const double tau_s = seen.time_s - problem->reference_s;
+    const Eigen::Matrix<T, 3, 1> ray =
+        camera_axes(p, problem->setting,
+                    lamp_from_camera_m(p, problem->setting, tau_s, seen.side, problem->ego[index]));
+    if (!(ray.z() > T(1e-6))) return false;
+    residual[0] =
+        (ray.x() / ray.z() - seen.normalized.x()) / (seen.sigma.x() * problem->sigma_factor.x());
+    residual[1] =
+        (ray.y() / ray.z() - seen.normalized.y()) / (seen.sigma.y() * problem->sigma_factor.y());
+    return true;
+  }
+};
+
+/// All priors at once, in the order of MetricPriors.
+struct PriorResidual {
+  const GeometryProblem* problem;
+
+  int count() const {
+    const MetricPriors& priors = problem->priors;
+    return has_drop() + has_separation() + priors.lateral_m.has_value() + has_radius() + 1 +
+           turns();
+  }
+
+  template <class T>
+  bool operator()(const T* p, T* residual) const {
+    using std::exp;
+    const MetricPriors& priors = problem->priors;
+    const T scale_m = exp(p[kLogScale]);
+    const auto whiten = [](const T& value, const Uncertain& prior) {
+      return (value - prior.mean) / prior.std;
+    };
+    if (has_drop()) *residual++ = whiten(scale_m * p[kDrop], *priors.drop_m);
+    if (has_separation())
+      *residual++ = whiten(scale_m * exp(p[kLogSeparation]), *priors.separation_m);
+    if (priors.lateral_m) *residual++ = whiten(scale_m * p[kLateral], *priors.lateral_m);
+    if (has_radius()) *residual++ = whiten(scale_m * exp(p[kLogRadius]), *priors.radius_m);
+    *residual++ = whiten(scale_m * p[kAcceleration], priors.acceleration_mps2);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Uncertain& turn_rad = priors.turn_rad[static_cast<std::size_t>(axis)];
+      if (turn_rad.std > 0.0) *residual++ = whiten(p[kYaw + axis], turn_rad);
+    }
+    return true;
+  }
+
+ private:
+  bool has_drop() const { return problem->priors.drop_m.has_value(); }
+  bool has_separation() const { return problem->pairs && problem->priors.separation_m; }
+  bool has_radius() const {
+    return problem->setting.bend != 0.0 && problem->priors.radius_m.has_value();
+  }
+  int turns() const {
+    int count = 0;
+    for (const Uncertain& turn_rad : problem->priors.turn_rad) count += turn_rad.std > 0.0;
+    return count;
+  }
+};
+
+/// Residuals of two axes of one lamp share a loss: this bound on their norm keeps 95 % efficiency.
+inline constexpr double kHuberBound = 1.345 * 1.4142135623730951;
+
+}  // namespace vildar

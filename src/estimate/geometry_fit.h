@@ -1,0 +1,56 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/outcome.h"
+#include "estimate/camera_view.h"
+#include "estimate/path_model.h"
+
+namespace vildar {
+
+/// What is known in metres. Each is a normal prior; an absent one says nothing.
+struct MetricPriors {
+  std::optional<Uncertain> drop_m;        ///< camera height less lamp height
+  std::optional<Uncertain> separation_m;  ///< between the lamps of a pair
+  std::optional<Uncertain> lateral_m;     ///< lateral offset from the camera
+  std::optional<Uncertain> radius_m;      ///< of the road's line y = 0
+  Uncertain acceleration_mps2{0.0, 1.5};
+  std::array<Uncertain, 3> turn_rad{};  ///< yaw, pitch, roll from the mean pose; std 0: fixed
+};
+
+struct GeometryProblem {
+  PathSetting setting;
+  std::vector<LampObservation> lamps;
+  std::vector<EgoDeviation> ego;  ///< one per observation
+  double reference_s = 0.0;
+  bool pairs = false;
+  MetricPriors priors;
+  /// Factors on the observations' sigmas, image u and v: what the residuals ask for.
+  Eigen::Vector2d sigma_factor = Eigen::Vector2d::Ones();
+};
+
+struct GeometryFit {
+  PathVector parameters = PathVector::Zero();
+  PathMatrix covariance = PathMatrix::Zero();  ///< zero for parameters held fixed
+  double cost =
+      0.0;  ///< half the sum of squared whitened residuals after robust loss, priors included
+  double prior_chi2 = 0.0;  ///< sum of squares of the metric priors' residuals alone
+};
+
+/// Parameters that the problem does not hold fixed.
+std::vector<int> free_parameters(const GeometryProblem& problem);
+
+/// Half the robust sum of squares at `parameters`; nothing where a lamp would lie behind the
+/// camera.
+std::optional<double> geometry_cost(const GeometryProblem& problem, const PathVector& parameters);
+
+/// Least squares from `start` (Levenberg-Marquardt, Huber loss per lamp).
+/// Misses: not_converged, unobservable (the information matrix is singular).
+Outcome<GeometryFit> fit_geometry(const GeometryProblem& problem, const PathVector& start);
+
+/// Residuals of the observations, whitened by their nominal sigmas (not by sigma_factor); one
+/// column per observation.
+Eigen::Matrix2Xd bearing_residuals(const GeometryProblem& problem, const PathVector& parameters);
+
+}  // namespace vildar

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <cmath>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "estimate/ego_motion.h"
+#include "optics/camera.h"
+#include "optics/road.h"
+
+namespace vildar {
+
+/// The trajectory's unknowns. All lengths but one are ratios to the along-road distance X from the
+/// camera at the reference time, so that on a straight road no bearing depends on ln X: it enters
+/// through metric priors alone.
+enum PathParameter : int {
+  kLogScale,       ///< ln X, X in metres
+  kClosingRate,    ///< closing speed over X at the reference time, 1/s
+  kAcceleration,   ///< rate of change of the closing speed over X, 1/s^2
+  kLateral,        ///< lateral offset from the camera over X
+  kDrop,           ///< camera height less lamp height, over X
+  kLogSeparation,  ///< ln of lamp separation over X
+  kLogRadius,      ///< ln of the road's radius (line y = 0) over X
+  kYaw,            ///< turns of the camera from the site's mean pose, rad
+  kPitch,
+  kRoll,
+  kPathParameters,
+};
+using PathVector = Eigen::Matrix<double, kPathParameters, 1>;
+using PathMatrix = Eigen::Matrix<double, kPathParameters, kPathParameters>;
+
+/// What the site file knows of camera and road.
+struct PathSetting {
+  Eigen::Vector3d camera_m = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d camera_from_road = Eigen::Matrix3d::Identity();
+  /// Columns: axes in the road frame about which yaw, pitch and roll turn the camera.
+  Eigen::Matrix3d turn_axes = Eigen::Matrix3d::Identity();
+  double bend = 0.0;  ///< as in path_point
+  double straight_m = 0.0;
+};
+PathSetting path_setting(const CameraSite& camera, const RoadSite& road);
+
+/// Ground point and heading of the vehicle `tau_s` after the reference time, in the road frame of
+/// that time (for a moving camera: less its own constant-speed motion).
+template <class T>
+PathPoint<T> vehicle_point(const T* p, const PathSetting& setting, double tau_s) {
+  using std::exp;
+  const T scale_m = exp(p[kLogScale]);
+  const T along_m = setting.camera_m.x() +
+                    scale_m * (1.0 - tau_s * (p[kClosingRate] + 0.5 * tau_s * p[kAcceleration]));
+  const T lateral_m = setting.camera_m.y() + scale_m * p[kLateral];
+  const T radius_m = setting.bend == 0.0 ? T(0.0) : scale_m * exp(p[kLogRadius]);
+  return path_point(along_m, lateral_m, setting.bend, setting.straight_m, radius_m);
+}
+
+/// From the camera to a lamp, road axes of the camera's own vehicle, metres. `side` as in
+/// LampObservation.
+template <class T>
+Eigen::Matrix<T, 3, 1> lamp_from_camera_m(const T* p, const PathSetting& setting, double tau_s,
+                                          double side, const EgoDeviation& ego) {
+  using std::cos;
+  using std::exp;
+  using std::sin;
+  const T scale_m = exp(p[kLogScale]);
+  const PathPoint<T> place = vehicle_point(p, setting, tau_s);
+  T x_m = place.x_m - ego.ahead_m, y_m = place.y_m - ego.left_m;
+  if (side != 0.0) {
+    const T offset_m = side * scale_m * exp(p[kLogSeparation]);
+    if (setting.bend != 0.0) {
+      x_m -= offset_m * sin(place.heading_rad);
+      y_m += offset_m * cos(place.heading_rad);
+    } else {
+      y_m += offset_m;
+    }
+  }
+  if (ego.heading_rad != 0.0) {
+    const double c = std::cos(ego.heading_rad), s = std::sin(ego.heading_rad);
+    const T turned_m = c * x_m + s * y_m;
+    y_m = c * y_m - s * x_m;
+    x_m = turned_m;
+  }
+  return {x_m - setting.camera_m.x(), y_m - setting.camera_m.y(), -scale_m * p[kDrop]};
+}
+
+/// Camera axes of a road-frame direction, for a camera turned by p[kYaw..kRoll] from its mean pose;
+/// to second order in these small angles.
+template <class T>
+Eigen::Matrix<T, 3, 1> camera_axes(const T* p, const PathSetting& setting,
+                                   const Eigen::Matrix<T, 3, 1>& ray) {
+  const Eigen::Matrix<T, 3, 1> turn = setting.turn_axes.col(0) * p[kYaw] +
+                                      setting.turn_axes.col(1) * p[kPitch] +
+                                      setting.turn_axes.col(2) * p[kRoll];
+  const Eigen::Matrix<T, 3, 1> once = turn.cross(ray);
+  const Eigen::Matrix<T, 3, 1> seen = ray - once + 0.5 * turn.cross(once);
+  return setting.camera_from_road.cast<T>() * seen;
+}
+
+}  // namespace vildar

@@ -1,0 +1,123 @@
+#include "estimate/path_start.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vildar {
+namespace {
+
+// The rays of one sighting, road axes, of length one along the viewing axis.
+struct Rays {
+  double time_s = 0.0;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  double width = 0.0;  // between the lamps of a pair; 0 where one lamp is seen
+};
+
+std::vector<Rays> rays_of(const CameraView& view, const PathSetting& setting) {
+  std::vector<Rays> all;
+  const Eigen::Matrix3d road_from_camera = setting.camera_from_road.transpose();
+  for (std::size_t i = 0; i < view.lamps.size(); ++i) {
+    const LampObservation& lamp = view.lamps[i];
+    Rays rays;
+    rays.time_s = lamp.time_s;
+    rays.middle = road_from_camera * lamp.normalized.homogeneous();
+    if (view.pairs) {
+      if (i + 1 >= view.lamps.size() || view.lamps[i + 1].sighting != lamp.sighting) continue;
+      const LampObservation& other = view.lamps[++i];
+      rays.middle = road_from_camera * (0.5 * (lamp.normalized + other.normalized)).homogeneous();
+      rays.width = (lamp.normalized - other.normalized).norm();
+    }
+    all.push_back(rays);
+  }
+  return all;
+}
+
+template <class Scale>
+RoughPath scaled(const std::vector<Rays>& rays, Scale scale_of) {
+  RoughPath path;
+  constexpr double kFarthest_m = 1000.0;
+  for (const Rays& ray : rays) {
+    const double scale_m = scale_of(ray);
+    if (!(scale_m > 0.0) || !(scale_m < kFarthest_m)) continue;
+    const Eigen::Vector3d point_m = scale_m * ray.middle;
+    path.push_back({ray.time_s, point_m.head<2>(), -point_m.z(), scale_m * ray.width});
+  }
+  // Readings that fail for a good part of the track are no start.
+  if (path.size() < 3 || 2 * path.size() < rays.size()) path.clear();
+  return path;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double weight_of(const RoughPoint& point) { return 1.0 / (1.0 + point.place_m.squaredNorm()); }
+
+}  // namespace
+
+std::vector<RoughPath> rough_paths(const CameraView& view, const PathSetting& setting,
+                                   const NominalSizes& sizes) {
+  const std::vector<Rays> rays = rays_of(view, setting);
+  std::vector<RoughPath> paths;
+  const auto add = [&](RoughPath path) {
+    if (!path.empty()) paths.push_back(std::move(path));
+  };
+  add(scaled(rays, [&](const Rays& ray) { return -sizes.drop_m / ray.middle.z(); }));
+  if (view.pairs)
+    add(scaled(rays, [&](const Rays& ray) { return sizes.separation_m / ray.width; }));
+  if (sizes.lateral_m && setting.bend == 0.0)
+    add(scaled(rays, [&](const Rays& ray) { return *sizes.lateral_m / ray.middle.y(); }));
+  return paths;
+}
+
+double reference_time_s(const RoughPath& path) {
+  double sum_s = 0.0, weight = 0.0;
+  for (const RoughPoint& point : path) {
+    sum_s += weight_of(point) * point.time_s;
+    weight += weight_of(point);
+  }
+  return sum_s / weight;
+}
+
+std::optional<PathVector> start_of(const RoughPath& path, const PathSetting& setting,
+                                   const RoadSite& road, const EgoMotion& ego, double reference_s,
+                                   const NominalSizes& sizes) {
+  double w = 0.0, wt = 0.0, wx = 0.0, wtt = 0.0, wtx = 0.0;
+  std::vector<double> lateral_m, drop_m, separation_m;
+  for (const RoughPoint& point : path) {
+    const EgoDeviation moved = ego.deviation(reference_s, point.time_s);
+    const Eigen::Vector2d seen_m = point.place_m + setting.camera_m.head<2>();
+    const double c = std::cos(moved.heading_rad), s = std::sin(moved.heading_rad);
+    const RoadPosition place = road_position(road, c * seen_m.x() - s * seen_m.y() + moved.ahead_m,
+                                             s * seen_m.x() + c * seen_m.y() + moved.left_m);
+    const double along_m = place.along_m - setting.camera_m.x();
+    const double weight = weight_of(point) * weight_of(point);
+    const double tau_s = point.time_s - reference_s;
+    w += weight;
+    wt += weight * tau_s;
+    wx += weight * along_m;
+    wtt += weight * tau_s * tau_s;
+    wtx += weight * tau_s * along_m;
+    lateral_m.push_back(place.lateral_m - setting.camera_m.y());
+    drop_m.push_back(point.drop_m);
+    if (point.separation_m > 0.0) separation_m.push_back(point.separation_m);
+  }
+  const double determinant = w * wtt - wt * wt;
+  if (!(determinant > 0.0)) return std::nullopt;
+  const double rate_mps = (w * wtx - wt * wx) / determinant;
+  const double distance_m = (wx - rate_mps * wt) / w;
+  if (!(distance_m > 0.1)) return std::nullopt;
+  PathVector start = PathVector::Zero();
+  start[kLogScale] = std::log(distance_m);
+  start[kClosingRate] = -rate_mps / distance_m;
+  start[kLateral] = median(lateral_m) / distance_m;
+  start[kDrop] = median(drop_m) / distance_m;
+  const double width_m = separation_m.empty() ? sizes.separation_m : median(separation_m);
+  start[kLogSeparation] = std::log(width_m / distance_m);
+  if (setting.bend != 0.0) start[kLogRadius] = std::log(sizes.radius_m / distance_m);
+  return start;
+}
+
+}  // namespace vildar

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <vector>
+
+#include "estimate/geometry_fit.h"
+
+namespace vildar {
+
+/// What the residuals of a fit say about the observations' sigmas.
+struct ResidualCheck {
+  /// Factor by which each axis' sigmas must grow so that the covariance holds: scatter beyond the
+  /// nominal, times what correlation in time and between the two lamps of a frame takes away.
+  Eigen::Vector2d sigma_factor = Eigen::Vector2d::Ones();
+  Eigen::Vector2d scatter_px = Eigen::Vector2d::Zero();  ///< robust, per axis
+  double outlier_share = 0.0;                            ///< observations beyond four robust sigmas
+};
+
+/// `focal_px` turns normalised errors into pixels. Needs at least one observation.
+ResidualCheck check_residuals(const GeometryProblem& problem, const PathVector& parameters,
+                              double focal_px);
+
+}  // namespace vildar

@@ -1,0 +1,98 @@
+#include "estimate/trajectory.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <ceres/jet.h>
+
+namespace vildar {
+namespace {
+
+using PathJet = ceres::Jet<double, kPathParameters>;
+
+std::array<PathJet, kPathParameters> jets_of(const PathVector& parameters) {
+  std::array<PathJet, kPathParameters> jets;
+  for (int i = 0; i < kPathParameters; ++i)
+    jets[static_cast<std::size_t>(i)] = PathJet(parameters[i], i);
+  return jets;
+}
+
+double std_of(const PathJet& value, const PathMatrix& covariance) {
+  return std::sqrt(std::max(0.0, value.v.dot(covariance * value.v)));
+}
+
+}  // namespace
+
+MotionState Trajectory::at(double time_s) const {
+  const auto p = jets_of(fit.parameters);
+  const double tau_s = time_s - problem.reference_s;
+  const auto place = lamp_from_camera_m(p.data(), problem.setting, tau_s, 0.0,
+                                        ego.deviation(problem.reference_s, time_s));
+  const PathJet scale_m = exp(p[kLogScale]);
+  const double ego_reference_mps = ego.speed_mps(problem.reference_s);
+  const PathJet over_ground =
+      scale_m * (p[kClosingRate] + tau_s * p[kAcceleration]) - ego_reference_mps;
+  MotionState state;
+  state.range_m = place.x().a + problem.setting.camera_m.x();
+  state.range_std_m = std_of(place.x(), fit.covariance);
+  state.lateral_m = place.y().a + problem.setting.camera_m.y();
+  state.over_ground_mps = over_ground.a;
+  state.speed_std_mps = std::hypot(std_of(over_ground, fit.covariance), ego.speed_std_mps());
+  state.closing_mps = over_ground.a + ego.speed_mps(time_s);
+  const double rate_mps2 = (scale_m * p[kAcceleration]).a;
+  state.acceleration_mps2 = over_ground.a < 0.0 ? -rate_mps2 : rate_mps2;
+  return state;
+}
+
+double Trajectory::lamp_height_m() const {
+  return problem.setting.camera_m.z() - std::exp(fit.parameters[kLogScale]) * fit.parameters[kDrop];
+}
+
+double Trajectory::lateral_m() const {
+  return problem.setting.camera_m.y() +
+         std::exp(fit.parameters[kLogScale]) * fit.parameters[kLateral];
+}
+
+double Trajectory::scale_std() const { return std::sqrt(fit.covariance(kLogScale, kLogScale)); }
+
+SpeedEstimate speed_estimate(const MotionState& state, double time_s, bool moving_camera,
+                             std::int64_t samples) {
+  constexpr double kTwoSided95 = 1.959963984540054;
+  constexpr double kLogNormalLimit = 0.3;
+  SpeedEstimate estimate;
+  estimate.time_s = time_s;
+  estimate.speed_mps = std::abs(state.over_ground_mps);
+  estimate.std_mps = state.speed_std_mps;
+  estimate.samples_used = samples;
+  const double log_std = estimate.std_mps / estimate.speed_mps;
+  if (!moving_camera && log_std < kLogNormalLimit) {
+    estimate.lo95_mps = estimate.speed_mps * std::exp(-kTwoSided95 * log_std);
+    estimate.hi95_mps = estimate.speed_mps * std::exp(kTwoSided95 * log_std);
+  } else {
+    estimate.lo95_mps = std::max(0.0, estimate.speed_mps - kTwoSided95 * estimate.std_mps);
+    estimate.hi95_mps = estimate.speed_mps + kTwoSided95 * estimate.std_mps;
+  }
+  return estimate;
+}
+
+double best_time_s(const Trajectory& trajectory, double from_s, double to_s) {
+  // The common scale is the same share of every speed, so what differs is the shape: the smallest
+  // absolute sigma of speed over scale.
+  constexpr int kSteps = 32;
+  double best_s = 0.5 * (from_s + to_s), least = INFINITY;
+  const PathMatrix& covariance = trajectory.fit.covariance;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double time_s = from_s + (to_s - from_s) * i / kSteps;
+    const double tau_s = time_s - trajectory.problem.reference_s;
+    const double variance = covariance(kClosingRate, kClosingRate) +
+                            tau_s * (2.0 * covariance(kClosingRate, kAcceleration) +
+                                     tau_s * covariance(kAcceleration, kAcceleration));
+    if (variance < least) {
+      least = variance;
+      best_s = time_s;
+    }
+  }
+  return best_s;
+}
+
+}  // namespace vildar

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/outcome.h"
+#include "estimate/geometry_fit.h"
+#include "types/result.h"
+#include "types/site.h"
+#include "types/vehicle_track.h"
+
+namespace vildar {
+
+/// Posterior of a vehicle's motion at one time.
+struct MotionState {
+  double range_m = 0.0, range_std_m = 0.0;  ///< x in the road frame
+  double lateral_m = 0.0;                   ///< offset from the road's line y = 0
+  double closing_mps = 0.0;                 ///< along the path, relative to the camera
+  double over_ground_mps = 0.0;             ///< along the path; positive: oncoming
+  double speed_std_mps = 0.0;               ///< of over_ground_mps
+  double acceleration_mps2 = 0.0;           ///< of over_ground_mps
+};
+
+/// A vehicle's fitted trajectory.
+struct Trajectory {
+  GeometryProblem problem;
+  GeometryFit fit;
+  EgoMotion ego;
+  std::string lane;        ///< empty where none fits
+  bool lane_used = false;  ///< the lane's offset took part as a prior
+  int frames = 0;
+
+  MotionState at(double time_s) const;
+  double lamp_height_m() const;
+  double lateral_m() const;
+  /// Relative standard deviation of all lengths together: the share of the metric priors.
+  double scale_std() const;
+};
+
+/// Speed over the ground at `time_s` with its 95 % interval: log-normal for a fixed camera while
+/// the relative sigma is below 0.3, else symmetric and cut at zero.
+SpeedEstimate speed_estimate(const MotionState& state, double time_s, bool moving_camera,
+                             std::int64_t samples);
+
+/// Time within the track at which the speed is known best, relative to the speed.
+double best_time_s(const Trajectory& trajectory, double from_s, double to_s);
+
+/// Fits the bearings of a track. Adds to `warnings` what a reader should know.
+/// Misses: too_few_samples, too_short, no_scale, unobservable, not_converged, bad_fit, not_on_road.
+Outcome<Trajectory> fit_trajectory(const VehicleTrack& track, const Camera& camera,
+                                   const Site& site, std::vector<std::string>& warnings);
+
+}  // namespace vildar

@@ -1,0 +1,134 @@
+#pragma once
+
+#include <cmath>
+#include <optional>
+
+#include "core/random.h"
+#include "optics/camera.h"
+#include "types/site.h"
+#include "types/vehicle_track.h"
+
+namespace vildar::simulated {
+
+/// A vehicle with constant acceleration on a straight or curved road, in closed form.
+struct Vehicle {
+  double speed_mps = 20.0;         ///< along the path at t = 0, positive toward the sensor
+  double acceleration_mps2 = 0.0;  ///< of the same
+  double along_m = 60.0;           ///< path length from x = 0 at t = 0
+  double lateral_m = -4.0;
+  double height_m = 0.68;
+  double separation_m = 1.25;
+
+  double along_at_m(double t_s) const {
+    return along_m - speed_mps * t_s - 0.5 * acceleration_mps2 * t_s * t_s;
+  }
+  double speed_at_mps(double t_s) const { return speed_mps + acceleration_mps2 * t_s; }
+};
+
+struct Lamps {
+  Eigen::Vector3d left_m, right_m, middle_m;
+};
+
+/// The lamps in the road frame. On a curve: straight to `straight_m`, then an arc concentric with
+/// the road's; written out from the circle's centre, apart from the code under test.
+inline Lamps lamps_at(const Vehicle& vehicle, const RoadSite& road, double t_s) {
+  const double s_m = vehicle.along_at_m(t_s);
+  Eigen::Vector2d middle(s_m, vehicle.lateral_m), left(0.0, 1.0);
+  if (road.kind == RoadKind::curved && s_m > road.straight_m) {
+    const double sign = road.turn == Turn::left ? 1.0 : -1.0;
+    const Eigen::Vector2d centre(road.straight_m, sign * road.radius_m->mean);
+    const double radius_m = std::abs(centre.y() - vehicle.lateral_m);
+    const double beta_rad = (s_m - road.straight_m) / radius_m;
+    const Eigen::Vector2d outward(std::sin(beta_rad), -sign * std::cos(beta_rad));
+    middle = centre + radius_m * outward;
+    left = -sign * outward;
+  }
+  const auto lift = [&](const Eigen::Vector2d& p) {
+    return Eigen::Vector3d(p.x(), p.y(), vehicle.height_m);
+  };
+  return {lift(middle + 0.5 * vehicle.separation_m * left),
+          lift(middle - 0.5 * vehicle.separation_m * left), lift(middle)};
+}
+
+struct View {
+  double from_s = 0.0, to_s = 2.5;
+  double frame_rate_hz = 30.0;
+  double sigma_px = 0.2;
+  bool single_lamp = false;
+  double ego_mps = 0.0;  ///< the camera drives along +x
+  double flux_at_1m = 1000.0, path_loss_exponent = 2.0, flux_relative_sigma = 0.0;
+};
+
+/// What a camera reports of the pass: centroids with Gaussian noise of the stated sigma.
+inline VehicleTrack track_of(const Vehicle& vehicle, const Site& site, const View& view,
+                             Random& random) {
+  const Camera camera(*site.camera);
+  VehicleTrack track;
+  track.id = 1;
+  track.single_lamp = view.single_lamp;
+  const double height_px = site.camera->height_px;
+  const auto sight = [&](Eigen::Vector3d point_m) -> std::optional<LampSighting> {
+    const auto pixel = camera.project(point_m);
+    if (!pixel || pixel->x() < 0 || pixel->x() >= site.camera->width_px || pixel->y() < 0 ||
+        pixel->y() >= height_px)
+      return std::nullopt;
+    LampSighting lamp;
+    lamp.centre_px = *pixel + view.sigma_px * Eigen::Vector2d(random.normal(), random.normal());
+    lamp.centre_sigma_px.setConstant(view.sigma_px);
+    const double distance_m = (point_m - camera.position_m()).norm();
+    lamp.flux = view.flux_at_1m * std::pow(distance_m, -view.path_loss_exponent) *
+                (1.0 + view.flux_relative_sigma * random.normal());
+    lamp.flux_sigma = lamp.flux * view.flux_relative_sigma;
+    lamp.row_fraction = (pixel->y() + 0.5) / height_px - 0.5;
+    return lamp;
+  };
+  const int frames =
+      static_cast<int>(std::floor((view.to_s - view.from_s) * view.frame_rate_hz)) + 1;
+  for (int i = 0; i < frames; ++i) {
+    const double t_s = view.from_s + i / view.frame_rate_hz;
+    // The row, and so the instant, at which a lamp is read follows from where it is seen.
+    const auto sight_in_time = [&](auto choose) {
+      double at_s = t_s;
+      for (int step = 0; step < 3 && site.camera->rolling_shutter_s > 0.0; ++step) {
+        const auto pixel = camera.project(choose(lamps_at(vehicle, site.road, at_s)));
+        if (pixel)
+          at_s = t_s + ((pixel->y() + 0.5) / height_px - 0.5) * site.camera->rolling_shutter_s;
+      }
+      Eigen::Vector3d point_m = choose(lamps_at(vehicle, site.road, at_s));
+      point_m.x() -= view.ego_mps * at_s;
+      return sight(point_m);
+    };
+    VehicleSighting sighting;
+    sighting.frame = i;
+    sighting.time = time_from_seconds<CameraTime>(t_s);
+    if (view.single_lamp) {
+      sighting.left = sight_in_time([](const Lamps& lamps) { return lamps.middle_m; });
+      if (!sighting.left) continue;
+    } else {
+      sighting.left = sight_in_time([](const Lamps& lamps) { return lamps.left_m; });
+      sighting.right = sight_in_time([](const Lamps& lamps) { return lamps.right_m; });
+      if (!sighting.left && !sighting.right) continue;
+    }
+    track.sightings.push_back(sighting);
+  }
+  return track;
+}
+
+/// A straight road with one oncoming lane, seen from a mast.
+inline Site mast_site(double camera_height_m) {
+  Site site;
+  CameraSite camera;
+  camera.width_px = 1920;
+  camera.height_px = 1080;
+  camera.focal_px = {1400.0, 1400.0};
+  camera.principal_px = {959.5, 539.5};
+  camera.position_m = {Uncertain{0.0, 0.0}, Uncertain{0.0, 0.0}, Uncertain{camera_height_m, 0.0}};
+  camera.pitch_rad.mean = radians_from_degrees(-4.0);
+  site.camera = camera;
+  site.road.lanes = {{"near", {-4.0, 0.3}, 3.5, Direction::oncoming}};
+  site.lamps.height_m = Uncertain{0.65, 0.1};
+  site.lamps.separation_m = Uncertain{1.2, 0.15};
+  return site;
+}
+
+}  // namespace vildar::simulated
