@@ -1,0 +1,185 @@
+#include "track/association.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "track/assignment.h"
+
+namespace vildar {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// Minus twice the log likelihood of a missed lamp (1 in 10) and of a new light at the spot (1e-4
+// per px^2), on the scale of chi2 + log_det of a match.
+constexpr double kUnassigned = 19.0;
+
+struct Link {
+  int lamp, spot;
+  double cost;
+};
+
+bool opposed(LampKind a, LampKind b) {
+  return (a == LampKind::headlamp && b == LampKind::taillamp) ||
+         (a == LampKind::taillamp && b == LampKind::headlamp);
+}
+
+std::vector<Link> links_within_gate(const Lamps& lamps, const std::vector<Spot>& spots,
+                                    double gate_chi2) {
+  constexpr int kSettled = 3;
+  constexpr double kFluxSigmaLn = 0.8, kMostFluxCost = 6.0, kUnknownKindCost = 2.0;
+  std::vector<Link> links;
+  for (int i = 0; i < static_cast<int>(lamps.size()); ++i) {
+    const Lamp& lamp = *lamps[i];
+    const LampKind kind = lamp.sightings() >= kSettled ? lamp.kind() : LampKind::other;
+    for (int j = 0; j < static_cast<int>(spots.size()); ++j) {
+      const Blob& blob = *spots[j].blob;
+      if (opposed(kind, blob.kind)) continue;
+      const auto [chi2, log_det] = lamp.distance(spots[j]);
+      if (!(chi2 < gate_chi2)) continue;
+      const double flux_ln = std::log(std::max(blob.flux, 1e-9)) - lamp.log_flux();
+      const double flux_cost = std::min(kMostFluxCost, std::pow(flux_ln / kFluxSigmaLn, 2));
+      const double kind_cost = kind != blob.kind ? kUnknownKindCost : 0.0;
+      links.push_back({i, j, chi2 + log_det + flux_cost + kind_cost});
+    }
+  }
+  return links;
+}
+
+// A lamp counts as a rival when another vehicle, or a light followed for long, would take the spot.
+bool rivals(const Lamp& a, const Lamp& b) {
+  constexpr int kEstablished = 5;
+  if (a.vehicle && a.vehicle == b.vehicle) return false;
+  return a.sightings() >= kEstablished && b.sightings() >= kEstablished;
+}
+
+void find_doubts(const Lamps& lamps, const std::vector<Link>& links, Association& found) {
+  constexpr double kMargin = 3.0;
+  const auto cost = [&](int lamp, int spot) {
+    for (const Link& link : links)
+      if (link.lamp == lamp && link.spot == spot) return link.cost;
+    return kInfinity;
+  };
+  found.doubtful.assign(lamps.size(), 0);
+  for (const Link& link : links) {
+    for (int i = 0; i < static_cast<int>(lamps.size()); ++i) {
+      const auto spot = found.spot_of_lamp[i];
+      if (spot != link.spot || i == link.lamp || !rivals(*lamps[i], *lamps[link.lamp])) continue;
+      const auto other_spot = found.spot_of_lamp[link.lamp];
+      const double now = cost(i, *spot) + (other_spot ? cost(link.lamp, *other_spot) : 0.0);
+      const double swapped = link.cost + (other_spot ? cost(i, *other_spot) : 0.0);
+      if (swapped - now < kMargin) {
+        found.doubtful[i] = 1;
+        if (other_spot) found.doubtful[link.lamp] = 1;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots, double reach_px) {
+  constexpr int kFewest = 4, kSettled = 3;
+  constexpr double kAgreement_px = 2.0, kPreferSmall_per_px = 0.03;
+  struct Step {
+    int lamp;
+    Eigen::Vector2d by_px;
+  };
+  std::vector<Step> steps;
+  int lamps_used = 0;
+  for (int i = 0; i < static_cast<int>(lamps.size()); ++i) {
+    if (lamps[i]->sightings() < kSettled) continue;
+    const std::size_t before = steps.size();
+    for (const Spot& spot : spots) {
+      const Eigen::Vector2d by_px = spot.at_px - lamps[i]->at_px();
+      if (by_px.squaredNorm() < reach_px * reach_px) steps.push_back({i, by_px});
+    }
+    lamps_used += steps.size() > before;
+  }
+  if (lamps_used < kFewest) return Eigen::Vector2d::Zero();
+
+  const auto near = [&](const Step& a, const Step& b) {
+    return (a.by_px - b.by_px).squaredNorm() < kAgreement_px * kAgreement_px;
+  };
+  double best = -kInfinity;
+  const Step* centre = nullptr;
+  int support = 0;
+  for (const Step& step : steps) {
+    int agree = 0, last = -1;  // steps of one lamp are consecutive
+    for (const Step& other : steps)
+      if (other.lamp != last && near(step, other)) {
+        ++agree;
+        last = other.lamp;
+      }
+    const double score = agree - kPreferSmall_per_px * step.by_px.norm();
+    if (score > best) {
+      best = score;
+      centre = &step;
+      support = agree;
+    }
+  }
+  if (support < kFewest || 2 * support < lamps_used) return Eigen::Vector2d::Zero();
+  std::vector<double> u, v;
+  for (const Step& step : steps)
+    if (near(*centre, step)) {
+      u.push_back(step.by_px.x());
+      v.push_back(step.by_px.y());
+    }
+  const auto median = [](std::vector<double>& values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  return {median(u), median(v)};
+}
+
+Association associate(const Lamps& lamps, const std::vector<Spot>& spots, double gate_chi2) {
+  const std::vector<Link> links = links_within_gate(lamps, spots, gate_chi2);
+  const int lamp_count = static_cast<int>(lamps.size());
+  // Lights that share no spot are assigned apart: the problems stay small.
+  std::vector<int> parent(lamps.size() + spots.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int node) {
+    while (parent[node] != node) node = parent[node] = parent[parent[node]];
+    return node;
+  };
+  for (const Link& link : links) parent[root(link.lamp)] = root(lamp_count + link.spot);
+
+  Association found;
+  found.spot_of_lamp.resize(lamps.size());
+  found.spot_taken.assign(spots.size(), 0);
+  std::vector<std::vector<Link>> groups(parent.size());
+  for (const Link& link : links) groups[root(link.lamp)].push_back(link);
+  for (const std::vector<Link>& group : groups) {
+    if (group.empty()) continue;
+    std::vector<int> rows, columns;
+    for (const Link& link : group) {
+      rows.push_back(link.lamp);
+      columns.push_back(link.spot);
+    }
+    for (std::vector<int>* ids : {&rows, &columns}) {
+      std::sort(ids->begin(), ids->end());
+      ids->erase(std::unique(ids->begin(), ids->end()), ids->end());
+    }
+    Eigen::MatrixXd cost =
+        Eigen::MatrixXd::Constant(static_cast<Eigen::Index>(rows.size()),
+                                  static_cast<Eigen::Index>(columns.size()), kInfinity);
+    const auto place_of = [](const std::vector<int>& ids, int id) {
+      return std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
+    };
+    for (const Link& link : group)
+      cost(place_of(rows, link.lamp), place_of(columns, link.spot)) = link.cost;
+    const auto assigned = assign_rows(cost, kUnassigned);
+    for (std::size_t row = 0; row < rows.size(); ++row)
+      if (assigned[row]) {
+        const int spot = columns[*assigned[row]];
+        found.spot_of_lamp[rows[row]] = spot;
+        found.spot_taken[spot] = 1;
+      }
+  }
+  find_doubts(lamps, links, found);
+  return found;
+}
+
+}  // namespace vildar

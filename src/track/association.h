@@ -1,0 +1,26 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "track/lamp.h"
+
+namespace vildar {
+
+using Lamps = std::vector<std::unique_ptr<Lamp>>;
+
+/// Movement of the whole image (hand-held camera, bumps) since the prediction: the displacement on
+/// which most lamps agree. Zero with fewer than four lamps or no agreement.
+Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots, double reach_px);
+
+/// Which spot each lamp is seen as, all lamps together at least total cost.
+struct Association {
+  std::vector<std::optional<int>> spot_of_lamp;
+  std::vector<char> spot_taken;
+  /// Lamps for which giving the spots to others would be nearly as good.
+  std::vector<char> doubtful;
+};
+Association associate(const Lamps& lamps, const std::vector<Spot>& spots, double gate_chi2);
+
+}  // namespace vildar

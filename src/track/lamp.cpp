@@ -1,0 +1,162 @@
+#include "track/lamp.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+namespace vildar {
+namespace {
+
+// Prior speed along the road of a light just found, about that of a standing one.
+constexpr double kSpeedSigma_mps = 18.0;
+constexpr double kAcrossSpeedSigma_mps = 1.5;
+// Nearer lights are mostly reflections, which would search half the image for a successor.
+constexpr double kNearestPrior_per_m = 1.0 / 6.0;
+constexpr double kUnknownSpeedSigma_pxps = 12.0;
+constexpr double kAccelerationSigma_mps2 = 4.0;
+// Camera shake that is left after the common image motion is taken out.
+constexpr double kShake_px = 0.4;
+constexpr double kShakeMoving_px = 0.8;
+constexpr double kShake_pxps2 = 40.0;
+// Flow vectors shorter than this say nothing about speed: the spot is at the vanishing point.
+constexpr double kFlowFloor_px = 25.0;
+constexpr double kMostDepthRate_per_s = 6.0;
+
+}  // namespace
+
+Spot spot_of(const Blob& blob, const Eigen::Vector2d& at_px) {
+  constexpr double kFloor_px = 0.3;
+  constexpr double kShareOfSize = 0.06;
+  const double size_px =
+      std::max(blob.box.u_max - blob.box.u_min, blob.box.v_max - blob.box.v_min) + 1.0;
+  const double centre_px = blob.centre_sigma_px.maxCoeff();
+  return {&blob, at_px, std::hypot(centre_px, kFloor_px + kShareOfSize * size_px)};
+}
+
+Lamp::Lamp(std::int64_t number, const Spot& spot, const LampPlace& place, std::int64_t frame,
+           CameraTime time, const RoadView& view)
+    : id(number),
+      at_px_(spot.at_px),
+      velocity_pxps_(Eigen::Vector2d::Zero()),
+      place_(place),
+      least_px_(spot.at_px),
+      most_px_(spot.at_px),
+      first_time_(time) {
+  const double inverse_depth = std::min(place.inverse_depth_per_m, kNearestPrior_per_m);
+  // From a moving sensor everything nears at its speed, but what it follows.
+  if (view.moving_sensor() && spot.blob->kind != LampKind::taillamp)
+    velocity_pxps_ = view.ego_speed_mps(seconds_of(time)) * inverse_depth * place.toward_px;
+  const Eigen::Vector2d along = kSpeedSigma_mps * inverse_depth * place.toward_px;
+  const double spread_pxps =
+      std::hypot(kUnknownSpeedSigma_pxps, kAcrossSpeedSigma_mps * inverse_depth * view.focal_px());
+  covariance_.setZero();
+  covariance_.topLeftCorner<2, 2>() = Eigen::Matrix2d::Identity() * spot.sigma_px * spot.sigma_px;
+  covariance_.bottomRightCorner<2, 2>() =
+      along * along.transpose() + Eigen::Matrix2d::Identity() * spread_pxps * spread_pxps;
+  log_flux_ = std::log(std::max(spot.blob->flux, 1e-9));
+  remember(spot, Eigen::Vector2d::Zero(), frame, time);
+}
+
+void Lamp::predict(double dt_s, const RoadView& view) {
+  place_ = view.place(at_px_);
+  const Eigen::Vector2d& flow_px = place_.toward_px;
+  const double per_second =
+      velocity_pxps_.dot(flow_px) / (flow_px.squaredNorm() + kFlowFloor_px * kFlowFloor_px);
+  depth_rate_per_s_ =
+      std::clamp(per_second * place_.depth_per_toward, -kMostDepthRate_per_s, kMostDepthRate_per_s);
+  // A point at constant speed on a straight line moves in the image as t / (1 + rate t).
+  const double looming = 1.0 / std::max(0.4, 1.0 + depth_rate_per_s_ * dt_s);
+  at_px_ += velocity_pxps_ * dt_s * looming;
+  velocity_pxps_ *= looming * looming;
+
+  Eigen::Matrix4d transition = Eigen::Matrix4d::Identity();
+  transition.topRightCorner<2, 2>() = Eigen::Matrix2d::Identity() * dt_s * looming;
+  transition.bottomRightCorner<2, 2>() *= looming * looming;
+  covariance_ = transition * covariance_ * transition.transpose();
+  const double acceleration_pxps2 = std::hypot(
+      kShake_pxps2, kAccelerationSigma_mps2 * place_.inverse_depth_per_m * view.focal_px());
+  const double shake_px = view.moving_sensor() ? kShakeMoving_px : kShake_px;
+  const double q = acceleration_pxps2 * acceleration_pxps2 * dt_s * dt_s;
+  for (int axis = 0; axis < 2; ++axis) {
+    covariance_(axis, axis) += 0.25 * q * dt_s * dt_s + shake_px * shake_px;
+    covariance_(axis, axis + 2) += 0.5 * q * dt_s;
+    covariance_(axis + 2, axis) += 0.5 * q * dt_s;
+    covariance_(axis + 2, axis + 2) += q;
+  }
+}
+
+Lamp::Distance Lamp::distance(const Spot& spot) const {
+  Eigen::Matrix2d covariance = covariance_.topLeftCorner<2, 2>();
+  covariance.diagonal().array() += spot.sigma_px * spot.sigma_px;
+  const Eigen::Vector2d miss_px = spot.at_px - at_px_;
+  return {miss_px.dot(covariance.inverse() * miss_px), std::log(covariance.determinant())};
+}
+
+void Lamp::correct(const Eigen::Vector2d& measured_px, double sigma_px) {
+  Eigen::Matrix2d innovation = covariance_.topLeftCorner<2, 2>();
+  innovation.diagonal().array() += sigma_px * sigma_px;
+  const Eigen::Matrix<double, 4, 2> gain = covariance_.leftCols<2>() * innovation.inverse();
+  const Eigen::Vector4d step = gain * (measured_px - at_px_);
+  at_px_ += step.head<2>();
+  velocity_pxps_ += step.tail<2>();
+  covariance_ -= gain * covariance_.topRows<2>();
+  covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();
+}
+
+void Lamp::update(const Spot& spot, std::int64_t frame, CameraTime time) {
+  correct(spot.at_px, spot.sigma_px);
+  remember(spot, Eigen::Vector2d::Zero(), frame, time);
+}
+
+void Lamp::update_merged(const Spot& spot, const Eigen::Vector2d& off_px, std::int64_t frame,
+                         CameraTime time) {
+  constexpr double kLooser = 2.0;  // the share of each lamp in the blob is not known
+  correct(spot.at_px + off_px, kLooser * spot.sigma_px);
+  remember(spot, off_px, frame, time);
+}
+
+void Lamp::carry(const Eigen::Vector2d& moved_px, const Eigen::Vector2d& speed_change_pxps) {
+  at_px_ += moved_px;
+  velocity_pxps_ += speed_change_pxps;
+}
+
+void Lamp::remember(const Spot& spot, const Eigen::Vector2d& off_px, std::int64_t frame,
+                    CameraTime time) {
+  constexpr double kFluxMemory = 0.3;
+  const Blob& blob = *spot.blob;
+  log_flux_ += kFluxMemory * (std::log(std::max(blob.flux, 1e-9)) - log_flux_);
+  head_votes_ += blob.kind == LampKind::headlamp;
+  tail_votes_ += blob.kind == LampKind::taillamp;
+  ++sightings_;
+  last_frame_ = frame;
+  last_time_ = time;
+  const Eigen::Vector2d steady_px = spot.at_px + off_px - drift_px_;
+  least_px_ = least_px_.cwiseMin(steady_px);
+  most_px_ = most_px_.cwiseMax(steady_px);
+  records.push_back({frame, time,
+                     LampSighting{blob.centre_px, blob.centre_sigma_px, blob.flux, blob.flux_sigma,
+                                  blob.saturated_px, blob.box, blob.row_fraction, blob.defects},
+                     spot.at_px, off_px.norm()});
+}
+
+LampKind Lamp::kind() const {
+  const int votes = head_votes_ + tail_votes_;
+  if (2 * votes < sightings_) return LampKind::other;
+  if (head_votes_ >= 2 * tail_votes_) return LampKind::headlamp;
+  if (tail_votes_ >= 2 * head_votes_) return LampKind::taillamp;
+  return LampKind::other;
+}
+
+double Lamp::position_sigma_px() const {
+  return std::sqrt(0.5 * covariance_.topLeftCorner<2, 2>().trace());
+}
+
+double Lamp::velocity_sigma_pxps() const {
+  return std::sqrt(0.5 * covariance_.bottomRightCorner<2, 2>().trace());
+}
+
+double Lamp::unseen_s(CameraTime now) const { return seconds_of(now) - seconds_of(last_time_); }
+double Lamp::lived_s() const { return seconds_of(last_time_) - seconds_of(first_time_); }
+
+}  // namespace vildar

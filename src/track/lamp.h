@@ -1,0 +1,121 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "track/road_view.h"
+#include "types/blob.h"
+#include "types/vehicle_track.h"
+
+namespace vildar {
+
+struct Vehicle;
+
+/// A blob as the tracker sees it.
+struct Spot {
+  const Blob* blob = nullptr;
+  Eigen::Vector2d at_px;  ///< see RoadView
+  double sigma_px = 1.0;  ///< of the blob as a mark to follow, not of its centre alone
+};
+
+/// One sighting of a lamp, kept until its vehicle is reported.
+struct LampRecord {
+  std::int64_t frame = 0;
+  CameraTime time;
+  LampSighting sighting;
+  Eigen::Vector2d at_px;
+  /// Half the pair's separation where the blob held both lamps of the vehicle; 0 elsewhere.
+  double merged_px = 0.0;
+};
+
+/// Share of recent looks at which something held; the first looks count fully.
+class RunningShare {
+ public:
+  void add(bool held, int memory) {
+    looks_ = looks_ < memory ? looks_ + 1 : memory;
+    share_ += ((held ? 1.0 : 0.0) - share_) / looks_;
+  }
+  double share() const { return share_; }
+  int looks() const { return looks_; }
+
+ private:
+  double share_ = 0.0;
+  int looks_ = 0;
+};
+
+/// A light followed through the image: place and velocity in undistorted pixels, with the looming
+/// of a point that moves along the road.
+class Lamp {
+ public:
+  Lamp(std::int64_t id, const Spot& spot, const LampPlace& place, std::int64_t frame,
+       CameraTime time, const RoadView& view);
+
+  /// Moves the state on by dt_s > 0. `shift_px` is the movement of the whole image.
+  void predict(double dt_s, const RoadView& view);
+  void shift(const Eigen::Vector2d& shift_px) {
+    at_px_ += shift_px;
+    drift_px_ += shift_px;
+  }
+  /// Squared Mahalanobis distance of a spot, and the log determinant of its covariance.
+  struct Distance {
+    double chi2, log_det;
+  };
+  Distance distance(const Spot& spot) const;
+  void update(const Spot& spot, std::int64_t frame, CameraTime time);
+  /// As above where the blob holds the whole pair and this lamp stands `off_px` from its middle.
+  void update_merged(const Spot& spot, const Eigen::Vector2d& off_px, std::int64_t frame,
+                     CameraTime time);
+  /// Follows the partner through a frame in which this lamp was not seen.
+  void carry(const Eigen::Vector2d& moved_px, const Eigen::Vector2d& speed_change_pxps);
+
+  const Eigen::Vector2d& at_px() const { return at_px_; }
+  const Eigen::Vector2d& velocity_pxps() const { return velocity_pxps_; }
+  double position_sigma_px() const;
+  double velocity_sigma_pxps() const;
+  /// Rate of change of depth over depth, from the image motion (1/s), negative when nearing.
+  double depth_rate_per_s() const { return depth_rate_per_s_; }
+  const LampPlace& place() const { return place_; }
+
+  /// headlamp or taillamp once the sightings agree; other before that.
+  LampKind kind() const;
+  double log_flux() const { return log_flux_; }
+  /// Extent of the places held, with the movement of the whole image taken out.
+  double wandered_px() const { return (most_px_ - least_px_).norm(); }
+  bool seen_at(std::int64_t frame) const { return last_frame_ == frame; }
+  double unseen_s(CameraTime now) const;
+  double lived_s() const;
+  CameraTime first_time() const { return first_time_; }
+  int sightings() const { return sightings_; }
+
+  std::int64_t id = 0;
+  std::vector<LampRecord> records;
+  RunningShare above;       ///< stands above where a lamp on the road can
+  RunningShare mirrored;    ///< looks like the road reflection of another lamp
+  RunningShare on_vehicle;  ///< moves as a part of a vehicle that has its two lamps already
+  std::int64_t doubtful_frame = -1;  ///< last frame in which it may have passed to another light
+  bool fixed = false;                ///< judged to be standing in the world
+  Vehicle* vehicle = nullptr;        ///< that has it as a lamp
+
+ private:
+  void correct(const Eigen::Vector2d& measured_px, double sigma_px);
+  void remember(const Spot& spot, const Eigen::Vector2d& off_px, std::int64_t frame,
+                CameraTime time);
+
+  Eigen::Vector2d at_px_, velocity_pxps_;
+  Eigen::Matrix4d covariance_;  ///< of (place, velocity)
+  LampPlace place_;
+  double depth_rate_per_s_ = 0.0;
+  Eigen::Vector2d drift_px_ = Eigen::Vector2d::Zero();
+  Eigen::Vector2d least_px_, most_px_;
+  double log_flux_ = 0.0;
+  int head_votes_ = 0, tail_votes_ = 0, sightings_ = 0;
+  std::int64_t last_frame_ = 0;
+  CameraTime first_time_, last_time_;
+};
+
+/// The tracker's view of a blob; `sigma_px` grows with the blob, whose outline flickers.
+Spot spot_of(const Blob& blob, const Eigen::Vector2d& at_px);
+
+}  // namespace vildar

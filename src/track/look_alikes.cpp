@@ -1,0 +1,104 @@
+#include "track/look_alikes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+namespace vildar {
+namespace {
+
+constexpr int kMemory = 12;  // frames
+
+double inverse_depth_of(const Lamp& lamp) {
+  const Vehicle* vehicle = lamp.vehicle;
+  return vehicle && vehicle->left && vehicle->right ? vehicle->inverse_depth_per_m
+                                                    : lamp.place().inverse_depth_per_m;
+}
+
+// Does `lamp` move as a point that stays at its offset from `reference` in the world?
+bool moves_with(const Lamp& lamp, const Lamp& reference) {
+  constexpr double kSigmas = 3.0, kGive_pxps = 8.0, kRateGive_per_s = 0.25;
+  const Eigen::Vector2d off_px = lamp.at_px() - reference.at_px();
+  const Eigen::Vector2d expected_pxps =
+      reference.velocity_pxps() - reference.depth_rate_per_s() * off_px;
+  const double give_pxps =
+      kGive_pxps +
+      kSigmas * std::hypot(lamp.velocity_sigma_pxps(), reference.velocity_sigma_pxps()) +
+      (kRateGive_per_s + 0.3 * std::abs(reference.depth_rate_per_s())) * off_px.norm();
+  return (lamp.velocity_pxps() - expected_pxps).norm() < give_pxps;
+}
+
+// A wet or smooth road shows a lamp at height h again at -h: same column, fainter, moving along.
+// A rough road draws the image out toward the viewer and fills it up to the lamp.
+bool mirrors(const Lamp& lamp, const Lamp& source, const RoadView& view) {
+  constexpr double kHighCamera_m = 2.0, kColumn_m = 0.2, kColumn_px = 1.5;
+  constexpr double kBrighterLn = 0.3, kNearerPair = 1.15;
+  if (lamp.log_flux() > source.log_flux() + kBrighterLn) return false;
+  const double inverse_depth = inverse_depth_of(source);
+  const Eigen::Vector2d off_px = lamp.at_px() - source.at_px();
+  const Eigen::Vector2d down_px = source.place().down_px;
+  const double drop_px = off_px.dot(down_px) / down_px.norm();
+  if (!(drop_px > 1.0)) return false;
+  const double drop_m = drop_px / (down_px.norm() * inverse_depth);
+  const bool high = view.height_over_lamps_m() > kHighCamera_m;
+  const double heights = drop_m / view.lamp_height_m();
+  if (heights < (high ? 1.4 : 0.7) || heights > (high ? 2.8 : 5.0)) return false;
+  const double column_px = (off_px - down_px.normalized() * drop_px).norm();
+  if (column_px > kColumn_px + kColumn_m * inverse_depth * view.focal_px()) return false;
+  // A nearer vehicle's lamps stand wider apart than the mirror image of a farther one's.
+  if (lamp.vehicle && source.vehicle) {
+    const double ratio = lamp.vehicle->width_per_depth / source.vehicle->width_per_depth;
+    if (lamp.vehicle == source.vehicle || ratio > kNearerPair || ratio < 1.0 / kNearerPair)
+      return false;
+  }
+  return moves_with(lamp, source);
+}
+
+// Number plate, bonnet, fog lamp, chrome: within the outline of a vehicle that has its lamps.
+bool rides_on(const Lamp& lamp, const Vehicle& vehicle, const RoadView& view) {
+  constexpr double kHalfWidth_m = 1.3, kOver_m = 2.0, kUnder_m = 0.9;
+  const Eigen::Vector2d middle_px = 0.5 * (vehicle.left->at_px() + vehicle.right->at_px());
+  const LampPlace at = view.place(middle_px);
+  Eigen::Matrix2d axes;
+  axes << at.across_px, at.down_px;
+  if (!(std::abs(axes.determinant()) > 1e-9)) return false;
+  const Eigen::Vector2d off_m =
+      axes.inverse() * (lamp.at_px() - middle_px) / vehicle.inverse_depth_per_m;
+  if (std::abs(off_m.x()) > kHalfWidth_m || off_m.y() > kUnder_m || off_m.y() < -kOver_m)
+    return false;
+  return moves_with(lamp, *vehicle.left) || moves_with(lamp, *vehicle.right);
+}
+
+bool stands_still(const Lamp& lamp, const RoadView& view) {
+  constexpr double kLongEnough_s = 1.0, kStill_px = 5.0, kStill_m = 1.0;
+  if (view.moving_sensor() || lamp.lived_s() < kLongEnough_s) return false;
+  const double metre_px = lamp.place().inverse_depth_per_m * lamp.place().toward_px.norm();
+  return lamp.wandered_px() < std::max(kStill_px, kStill_m * metre_px);
+}
+
+}  // namespace
+
+void note_look_alikes(const Lamps& lamps, const Vehicles& vehicles, const RoadView& view,
+                      std::int64_t frame) {
+  constexpr double kAboveSigmas = 2.5;
+  for (const auto& lamp : lamps) {
+    if (!lamp->seen_at(frame)) continue;
+    const LampPlace at = view.place(lamp->at_px());
+    const double least = std::min(0.0, view.height_over_lamps_m() * at.inverse_depth_per_m);
+    lamp->above.add(at.slope_down < least - kAboveSigmas * view.slope_sigma(at.inverse_depth_per_m),
+                    kMemory);
+    lamp->fixed = stands_still(*lamp, view);
+    const bool mirrored = std::any_of(lamps.begin(), lamps.end(), [&](const auto& source) {
+      return source != lamp && source->seen_at(frame) && mirrors(*lamp, *source, view);
+    });
+    lamp->mirrored.add(mirrored, kMemory);
+    if (lamp->vehicle) continue;
+    const bool riding = std::any_of(vehicles.begin(), vehicles.end(), [&](const auto& vehicle) {
+      return vehicle->left && vehicle->right && rides_on(*lamp, *vehicle, view);
+    });
+    lamp->on_vehicle.add(riding, kMemory);
+  }
+}
+
+}  // namespace vildar

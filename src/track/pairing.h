@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "track/association.h"
+#include "track/vehicle.h"
+
+namespace vildar {
+
+using Vehicles = std::vector<std::unique_ptr<Vehicle>>;
+
+/// Gathers evidence, over frames, on which lamps belong together, and joins and parts them.
+class Pairing {
+ public:
+  explicit Pairing(const RoadView& view) : view_(view) {}
+
+  /// After all lamps have been updated with this frame.
+  void update(Lamps& lamps, Vehicles& vehicles, std::int64_t frame);
+  void forget(const Lamp* lamp);
+
+ private:
+  struct Evidence {
+    Lamp* a;
+    Lamp* b;
+    double chi2 = 0.0;  ///< running mean
+    double inverse_depth_per_m = 0.0, width_per_depth = 0.0;
+    int looks = 0;
+    std::int64_t last_frame = 0;
+  };
+
+  void look_at_pairs(const Lamps& lamps, std::int64_t frame);
+  void refresh(Vehicles& vehicles, std::int64_t frame);
+  std::vector<Evidence*> best_pairs(std::int64_t frame);
+  void join(Evidence& pair, Vehicles& vehicles);
+  Evidence* evidence_of(const Lamp* a, const Lamp* b);
+
+  const RoadView& view_;
+  std::vector<Evidence> evidence_;
+};
+
+}  // namespace vildar

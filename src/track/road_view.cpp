@@ -1,0 +1,162 @@
+#include "track/road_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/quantity.h"
+
+namespace vildar {
+namespace {
+
+constexpr double kNearest_m = 1.5;
+constexpr double kFarthest_m = 400.0;
+// Vehicles differ more than the site's prior for a usual car: lorries, vans, small cars.
+constexpr double kLeastSeparationSigmaLn = 0.2;
+constexpr double kLeastLampHeightSigma_m = 0.12;
+// Road and camera are never level to better than this; a low camera rides on a vehicle.
+const double kLeastTilt_rad = radians_from_degrees(0.15);
+const double kLeastTiltLow_rad = radians_from_degrees(0.3);
+constexpr double kLow_m = 2.0;
+
+}  // namespace
+
+RoadView::RoadView(const Site& site)
+    : site_(site), camera_(*site.camera), focal_px_(camera_.focal_px()) {
+  const Uncertain height_m = site.lamps.height_m.value_or(Uncertain{0.68, 0.15});
+  lamp_height_m_ = height_m.mean;
+  lamp_height_sigma_m_ = std::max(height_m.std, kLeastLampHeightSigma_m);
+  const Uncertain separation_m = site.lamps.separation_m.value_or(Uncertain{1.25, 0.12});
+  separation_m_ = separation_m.mean;
+  separation_sigma_ln_ = std::max(separation_m.std / separation_m.mean, kLeastSeparationSigmaLn);
+  const double floor_rad = camera_.position_m().z() < kLow_m ? kLeastTiltLow_rad : kLeastTilt_rad;
+  tilt_sigma_rad_ = std::max(site.camera->pitch_rad.std, floor_rad);
+}
+
+std::optional<Eigen::Vector2d> RoadView::spot_from_pixel(const Eigen::Vector2d& pixel_px) const {
+  const auto normalized = camera_.normalized_from_pixel(pixel_px);
+  if (!normalized) return std::nullopt;
+  return Eigen::Vector2d(focal_px_ * *normalized);
+}
+
+bool RoadView::inside_image(const Eigen::Vector2d& spot_px, double margin_px) const {
+  const auto pixel_px = camera_.pixel_from_normalized(spot_px / focal_px_);
+  return pixel_px && pixel_px->x() > -margin_px && pixel_px->y() > -margin_px &&
+         pixel_px->x() < site_.camera->width_px - 1 + margin_px &&
+         pixel_px->y() < site_.camera->height_px - 1 + margin_px;
+}
+
+LampPlace RoadView::place(const Eigen::Vector2d& spot_px) const {
+  const Eigen::Vector3d ray_camera(spot_px.x() / focal_px_, spot_px.y() / focal_px_, 1.0);
+  const Eigen::Matrix3d& camera_from_road = camera_.camera_from_road();
+  LampPlace place;
+  place.slope_down = -camera_from_road.col(2).dot(ray_camera);
+  const double over_lamps_m = height_over_lamps_m();
+  const double raw = std::abs(over_lamps_m) > 1e-6 ? place.slope_down / over_lamps_m : 0.0;
+  place.inverse_depth_per_m = std::clamp(raw, 1.0 / kFarthest_m, 1.0 / kNearest_m);
+
+  double heading_rad = 0.0;
+  if (site_.road.kind == RoadKind::curved && site_.road.radius_m) {
+    const RoadPosition at = road_at(spot_px, place.inverse_depth_per_m);
+    heading_rad = path_point(at.along_m, at.lateral_m, bend_of(site_.road), site_.road.straight_m,
+                             site_.road.radius_m->mean)
+                      .heading_rad;
+  }
+  const double c = std::cos(heading_rad), s = std::sin(heading_rad);
+  const auto flow_px = [&](const Eigen::Vector3d& direction_camera) {
+    return Eigen::Vector2d(focal_px_ * direction_camera.head<2>() - spot_px * direction_camera.z());
+  };
+  const Eigen::Vector3d toward_camera = camera_from_road * Eigen::Vector3d(-c, -s, 0.0);
+  place.across_px = flow_px(camera_from_road * Eigen::Vector3d(-s, c, 0.0));
+  place.down_px = flow_px(-camera_from_road.col(2));
+  place.toward_px = flow_px(toward_camera);
+  place.depth_per_toward = toward_camera.z();
+  return place;
+}
+
+double RoadView::slope_sigma(double inverse_depth_per_m) const {
+  return std::hypot(tilt_sigma_rad_, lamp_height_sigma_m_ * inverse_depth_per_m);
+}
+
+PairFit RoadView::fit_pair(const Eigen::Vector2d& left_px, const Eigen::Vector2d& right_px,
+                           double sigma_px) const {
+  constexpr double kLevelTolerance = 0.1;  // road camber, steering, unequal lamps
+  constexpr int kSteps = 6;
+  const Eigen::Vector2d middle_px = 0.5 * (left_px + right_px);
+  const LampPlace at = place(middle_px);
+  const Eigen::Vector2d vector_px = right_px - left_px;
+  const double across = vector_px.dot(at.across_px) / at.across_px.squaredNorm();
+  PairFit fit;
+  fit.width_per_depth = std::abs(across);
+  if (!(fit.width_per_depth > 0.0)) {
+    fit.chi2 = std::numeric_limits<double>::infinity();
+    return fit;
+  }
+  const double off_level_px = (vector_px - across * at.across_px).norm();
+  const double off_level = off_level_px / std::hypot(sigma_px, kLevelTolerance * vector_px.norm());
+
+  // One unknown, x = ln(inverse depth): the separation asks for width_per_depth / separation, the
+  // elevation for slope / height over the lamps.
+  const double over_lamps_m = height_over_lamps_m();
+  const double wanted = std::log(fit.width_per_depth / separation_m_);
+  const double length_sigma = sigma_px / vector_px.norm();
+  const double sigma_ln = std::hypot(separation_sigma_ln_, length_sigma);
+  double x = wanted;
+  double width_miss = 0.0, slope_miss = 0.0;
+  for (int step = 0; step < kSteps; ++step) {
+    const double inverse_depth = std::exp(x);
+    const double sigma = slope_sigma(inverse_depth);
+    width_miss = (x - wanted) / sigma_ln;
+    slope_miss = (over_lamps_m * inverse_depth - at.slope_down) / sigma;
+    const double slope_change = over_lamps_m * inverse_depth / sigma;
+    const double gradient = width_miss / sigma_ln + slope_miss * slope_change;
+    const double curvature = 1.0 / (sigma_ln * sigma_ln) + slope_change * slope_change;
+    x -= std::clamp(gradient / curvature, -0.7, 0.7);
+  }
+  fit.inverse_depth_per_m = std::clamp(std::exp(x), 1.0 / kFarthest_m, 1.0 / kNearest_m);
+  fit.chi2 = width_miss * width_miss + slope_miss * slope_miss + off_level * off_level;
+  return fit;
+}
+
+RoadPosition RoadView::road_at(const Eigen::Vector2d& spot_px, double inverse_depth_per_m) const {
+  const Eigen::Vector3d ray_camera(spot_px.x() / focal_px_, spot_px.y() / focal_px_, 1.0);
+  const Eigen::Vector3d point_m = camera_.position_m() + camera_.camera_from_road().transpose() *
+                                                             ray_camera / inverse_depth_per_m;
+  return road_position(site_.road, point_m.x(), point_m.y());
+}
+
+double RoadView::beyond_lanes_m(double lateral_m) const {
+  if (site_.road.lanes.empty()) return 0.0;
+  double low_m = std::numeric_limits<double>::infinity(), high_m = -low_m;
+  for (const LaneSite& lane : site_.road.lanes) {
+    low_m = std::min(low_m, lane.lateral_m.mean - 0.5 * lane.width_m);
+    high_m = std::max(high_m, lane.lateral_m.mean + 0.5 * lane.width_m);
+  }
+  return std::max({0.0, low_m - lateral_m, lateral_m - high_m});
+}
+
+std::optional<double> RoadView::off_lane_centre_m(double lateral_m) const {
+  std::optional<double> nearest_m;
+  for (const LaneSite& lane : site_.road.lanes) {
+    const double off_m = std::abs(lateral_m - lane.lateral_m.mean);
+    if (!nearest_m || off_m < *nearest_m) nearest_m = off_m;
+  }
+  return nearest_m;
+}
+
+double RoadView::ego_speed_mps(double time_s) const {
+  if (!site_.ego) return 0.0;
+  const auto& trace = site_.ego->trace;
+  if (trace.empty()) return site_.ego->speed_mps.mean;
+  const auto after = std::lower_bound(trace.begin(), trace.end(), time_s,
+                                      [](const EgoSample& s, double t) { return s.time_s < t; });
+  if (after == trace.begin()) return trace.front().speed_mps;
+  if (after == trace.end()) return trace.back().speed_mps;
+  const EgoSample& before = *(after - 1);
+  const double span_s = after->time_s - before.time_s;
+  if (!(span_s > 0.0)) return after->speed_mps;
+  const double share = (time_s - before.time_s) / span_s;
+  return before.speed_mps + share * (after->speed_mps - before.speed_mps);
+}
+
+}  // namespace vildar

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "optics/camera.h"
+#include "optics/road.h"
+#include "types/site.h"
+
+namespace vildar {
+
+/// A spot of the undistorted image read as a lamp at lamp height. "Spot" coordinates are
+/// undistorted pixels from the principal point: the focal length times (x/z, y/z) in camera axes.
+struct LampPlace {
+  double slope_down = 0.0;  ///< fall of the ray per metre of depth; negative above the horizon
+  double inverse_depth_per_m = 0.0;  ///< from the slope, kept within what a lamp in view can have
+  /// Spot movement per unit of (metres x inverse depth) to the left across the road, downwards, and
+  /// along the road toward the sensor. To first order in metres over depth.
+  Eigen::Vector2d across_px, down_px, toward_px;
+  /// Change of depth per metre travelled toward the sensor.
+  double depth_per_toward = 0.0;
+};
+
+/// How a pair of spots fares as the two lamps of one vehicle.
+struct PairFit {
+  double chi2 = 0.0;                 ///< about 4 degrees of freedom
+  double inverse_depth_per_m = 0.0;  ///< of the best compromise between separation and elevation
+  double width_per_depth = 0.0;      ///< separation over depth, straight from the image
+};
+
+/// The camera over the road, in the terms that telling lamps apart needs.
+class RoadView {
+ public:
+  /// Needs site.camera.
+  explicit RoadView(const Site& site);
+
+  /// Nothing where the lens model has no inverse.
+  std::optional<Eigen::Vector2d> spot_from_pixel(const Eigen::Vector2d& pixel_px) const;
+  bool inside_image(const Eigen::Vector2d& spot_px, double margin_px) const;
+
+  LampPlace place(const Eigen::Vector2d& spot_px) const;
+  /// Order of the two does not matter. Infinite chi2 where they coincide.
+  PairFit fit_pair(const Eigen::Vector2d& left_px, const Eigen::Vector2d& right_px,
+                   double sigma_px) const;
+
+  /// Road position of a lamp seen at a spot with a given inverse depth (1/m).
+  RoadPosition road_at(const Eigen::Vector2d& spot_px, double inverse_depth_per_m) const;
+  /// Distance in metres beyond the outermost lane edges; 0 on the lanes or without lanes.
+  double beyond_lanes_m(double lateral_m) const;
+  /// Distance to the nearest lane centre; nothing without lanes.
+  std::optional<double> off_lane_centre_m(double lateral_m) const;
+
+  /// Speed of the sensor itself along the road; 0 for a fixed one.
+  double ego_speed_mps(double time_s) const;
+  bool moving_sensor() const { return site_.ego.has_value(); }
+
+  double focal_px() const { return focal_px_; }
+  double lamp_height_m() const { return lamp_height_m_; }
+  double separation_m() const { return separation_m_; }
+  double height_over_lamps_m() const { return camera_.position_m().z() - lamp_height_m_; }
+  /// Of the slope that a lamp at a given inverse depth shows: tilt of camera and road, lamp height.
+  double slope_sigma(double inverse_depth_per_m) const;
+
+ private:
+  Site site_;
+  Camera camera_;
+  double focal_px_;
+  double lamp_height_m_, lamp_height_sigma_m_;
+  double separation_m_, separation_sigma_ln_;
+  double tilt_sigma_rad_;
+};
+
+}  // namespace vildar

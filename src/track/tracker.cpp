@@ -1,0 +1,328 @@
+#include "track/tracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "track/association.h"
+#include "track/look_alikes.h"
+#include "track/pairing.h"
+#include "track/vehicle.h"
+
+namespace vildar {
+
+std::vector<std::string> TrackOptions::problems() const {
+  std::vector<std::string> found;
+  const auto require = [&](bool holds, const char* field, double value, const char* rule) {
+    if (!holds)
+      found.push_back(std::string(field) + " = " + std::to_string(value) + ", must be " + rule);
+  };
+  require(longest_gap_s > 0.0 && longest_gap_s <= 5.0, "longest_gap_s", longest_gap_s, "in (0, 5]");
+  require(min_sightings >= 2, "min_sightings", min_sightings, ">= 2");
+  require(min_duration_s >= 0.0, "min_duration_s", min_duration_s, ">= 0");
+  require(min_single_lamp_s >= 0.0, "min_single_lamp_s", min_single_lamp_s, ">= 0");
+  require(gate_chi2 > 0.0, "gate_chi2", gate_chi2, "> 0");
+  return found;
+}
+
+class Tracker::Impl {
+ public:
+  Impl(const TrackOptions& options, const Site& site)
+      : options_(options),
+        view_(site),
+        pairing_(view_),
+        reach_px_(kReachShare * site.camera->width_px) {}
+
+  std::vector<VehicleTrack> update(BlobFrame& frame);
+  std::vector<VehicleTrack> finish();
+  const TrackCounts& counts() const { return counts_; }
+
+ private:
+  static constexpr double kReachShare = 0.03;  // of the image width, for the common motion
+
+  void follow(const std::vector<Spot>& spots, const BlobFrame& frame);
+  void bear(const std::vector<Spot>& spots, const Association& found, const BlobFrame& frame);
+  void mark_split_records();
+  void drop_doubtful_past(Lamp& lamp);
+  void end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& ended);
+  void end_vehicle(Vehicle& vehicle, std::vector<VehicleTrack>& ended);
+  void end_single(const Lamp& lamp, std::vector<VehicleTrack>& ended);
+  void count(Verdict verdict);
+  void name_kinds(BlobFrame& frame, const std::vector<Spot>& spots) const;
+
+  TrackOptions options_;
+  RoadView view_;
+  Pairing pairing_;
+  double reach_px_;
+  Lamps lamps_;
+  Vehicles vehicles_;
+  std::vector<std::pair<int, Lamp*>> seen_;  // spot, lamp
+  TrackCounts counts_;
+  std::int64_t next_id_ = 1;
+  std::optional<CameraTime> last_time_;
+};
+
+std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
+  if (last_time_ && !(frame.time > *last_time_))
+    throw std::invalid_argument("Tracker::update: frame " + std::to_string(frame.frame) +
+                                " is not later than the one before; pass frames in order of time");
+  const double dt_s = last_time_ ? seconds_of(frame.time) - seconds_of(*last_time_) : 0.0;
+  last_time_ = frame.time;
+  counts_.blobs += static_cast<std::int64_t>(frame.blobs.size());
+
+  std::vector<Spot> spots;
+  for (const Blob& blob : frame.blobs)
+    if (const auto at_px = view_.spot_from_pixel(blob.centre_px))
+      spots.push_back(spot_of(blob, *at_px));
+
+  if (dt_s > 0.0)
+    for (const auto& lamp : lamps_) lamp->predict(dt_s, view_);
+  const Eigen::Vector2d shift_px = common_shift(lamps_, spots, reach_px_);
+  for (const auto& lamp : lamps_) lamp->shift(shift_px);
+
+  follow(spots, frame);
+  note_look_alikes(lamps_, vehicles_, view_, frame.frame);
+  pairing_.update(lamps_, vehicles_, frame.frame);
+  mark_split_records();
+  std::vector<VehicleTrack> ended;
+  end_lost(frame, ended);
+  name_kinds(frame, spots);
+  return ended;
+}
+
+void Tracker::Impl::follow(const std::vector<Spot>& spots, const BlobFrame& frame) {
+  const Association found = associate(lamps_, spots, options_.gate_chi2);
+  seen_.clear();
+  std::vector<Eigen::Vector2d> place_before(lamps_.size()), speed_before(lamps_.size());
+  for (std::size_t i = 0; i < lamps_.size(); ++i) {
+    Lamp& lamp = *lamps_[i];
+    place_before[i] = lamp.at_px();
+    speed_before[i] = lamp.velocity_pxps();
+    if (found.doubtful[i]) lamp.doubtful_frame = frame.frame;
+  }
+  const auto index_of = [&](const Lamp* lamp) {
+    return static_cast<std::size_t>(
+        std::find_if(lamps_.begin(), lamps_.end(),
+                     [&](const auto& one) { return one.get() == lamp; }) -
+        lamps_.begin());
+  };
+  std::vector<char> merged(lamps_.size(), 0);
+  for (const auto& vehicle : vehicles_) {
+    if (!vehicle->left || !vehicle->right) continue;
+    const std::size_t l = index_of(vehicle->left), r = index_of(vehicle->right);
+    const auto spot_l = found.spot_of_lamp[l], spot_r = found.spot_of_lamp[r];
+    if (spot_l.has_value() == spot_r.has_value()) continue;
+    // One blob for two lamps: it holds both when it stands nearer their middle than the lamp it was
+    // given to, and is too wide for the gap between them.
+    const int index = spot_l ? *spot_l : *spot_r;
+    const Spot& spot = spots[index];
+    const Eigen::Vector2d apart_px = vehicle->right->at_px() - vehicle->left->at_px();
+    const Eigen::Vector2d middle_px = 0.5 * (vehicle->right->at_px() + vehicle->left->at_px());
+    const double to_lamp_px =
+        (spot.at_px - (spot_l ? vehicle->left : vehicle->right)->at_px()).norm();
+    const double width_px = spot.blob->box.u_max - spot.blob->box.u_min + 1.0;
+    if ((spot.at_px - middle_px).norm() < to_lamp_px && width_px > 0.6 * apart_px.norm()) {
+      vehicle->left->update_merged(spot, -0.5 * apart_px, frame.frame, frame.time);
+      vehicle->right->update_merged(spot, 0.5 * apart_px, frame.frame, frame.time);
+      merged[l] = merged[r] = 1;
+      seen_.emplace_back(index, vehicle->left);
+    }
+  }
+  for (std::size_t i = 0; i < lamps_.size(); ++i) {
+    if (!found.spot_of_lamp[i] || merged[i]) continue;
+    lamps_[i]->update(spots[*found.spot_of_lamp[i]], frame.frame, frame.time);
+    seen_.emplace_back(*found.spot_of_lamp[i], lamps_[i].get());
+  }
+  for (std::size_t i = 0; i < lamps_.size(); ++i) {
+    Lamp& lamp = *lamps_[i];
+    if (lamp.seen_at(frame.frame) || !lamp.vehicle) continue;
+    const Lamp* partner = lamp.vehicle->partner_of(&lamp);
+    if (!partner || !partner->seen_at(frame.frame)) continue;
+    const std::size_t p = index_of(partner);
+    lamp.carry(partner->at_px() - place_before[p], partner->velocity_pxps() - speed_before[p]);
+  }
+  for (const auto& vehicle : vehicles_) {
+    // A lamp whose partner is sure of itself keeps its identity by the partner.
+    bool any_seen = false, all_doubtful = true;
+    for (const Lamp* lamp : {vehicle->left, vehicle->right})
+      if (lamp && lamp->seen_at(frame.frame)) {
+        any_seen = true;
+        all_doubtful &= lamp->doubtful_frame == frame.frame;
+      }
+    vehicle->ambiguous |= any_seen && all_doubtful;
+  }
+  for (std::size_t i = 0; i < lamps_.size(); ++i)
+    if (found.doubtful[i] && !lamps_[i]->vehicle) drop_doubtful_past(*lamps_[i]);
+  bear(spots, found, frame);
+}
+
+// What a light without a partner was before a doubtful step is not held against, or for, it.
+void Tracker::Impl::drop_doubtful_past(Lamp& lamp) {
+  const auto keep_from =
+      std::find_if(lamp.records.begin(), lamp.records.end(),
+                   [&](const auto& one) { return one.frame >= lamp.doubtful_frame; });
+  lamp.records.erase(lamp.records.begin(), keep_from);
+  lamp.id = next_id_++;
+}
+
+void Tracker::Impl::bear(const std::vector<Spot>& spots, const Association& found,
+                         const BlobFrame& frame) {
+  for (std::size_t j = 0; j < spots.size(); ++j) {
+    if (found.spot_taken[j]) continue;
+    lamps_.push_back(std::make_unique<Lamp>(next_id_++, spots[j], view_.place(spots[j].at_px),
+                                            frame.frame, frame.time, view_));
+    seen_.emplace_back(static_cast<int>(j), lamps_.back().get());
+  }
+}
+
+// The records of one lamp from before the other appeared beside it, out of the same blob, are of
+// both.
+void Tracker::Impl::mark_split_records() {
+  constexpr double kUnresolved_px = 8.0, kShareOfWidth = 1.3;
+  for (const auto& vehicle : vehicles_) {
+    if (vehicle->both_seen != 1 || !vehicle->left || !vehicle->right) continue;
+    if (!vehicle->past_left.empty() || !vehicle->past_right.empty()) continue;
+    Lamp* older = vehicle->left;
+    Lamp* younger = vehicle->right;
+    if (older->records.front().frame > younger->records.front().frame) std::swap(older, younger);
+    const LampRecord& birth = younger->records.front();
+    auto& records = older->records;
+    const auto before = std::find_if(records.begin(), records.end(), [&](const LampRecord& one) {
+      return one.frame >= birth.frame;
+    });
+    if (before == records.begin() || before == records.end()) continue;
+    const double apart_px = (before->at_px - birth.at_px).norm();
+    const PixelBox& box = (before - 1)->sighting.box;
+    if (apart_px > std::max(kUnresolved_px, kShareOfWidth * (box.u_max - box.u_min + 1.0)))
+      continue;
+    for (auto one = records.begin(); one != before; ++one) one->merged_px = 0.5 * apart_px;
+  }
+}
+
+void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& ended) {
+  constexpr int kTentative = 3;            // sightings
+  constexpr double kTentativeShare = 0.2;  // of the longest gap
+  constexpr double kOutside_px = 4.0;
+  constexpr std::size_t kMostRecordsAlone = 2000, kMostRecordsFixed = 100;
+  constexpr double kMostChi2 = 25.0;
+
+  for (const auto& vehicle : vehicles_)
+    if (vehicle->left && vehicle->right && vehicle->chi2 > kMostChi2) {
+      // They came apart: a lamp went over to something else. What was good is reported, the rest
+      // starts anew.
+      end_vehicle(*vehicle, ended);
+      for (Lamp* lamp : {vehicle->left, vehicle->right}) {
+        lamp->vehicle = nullptr;
+        lamp->records.clear();
+        lamp->id = next_id_++;
+        pairing_.forget(lamp);
+      }
+      vehicle->left = vehicle->right = nullptr;
+    }
+
+  std::vector<Lamp*> lost;
+  for (const auto& lamp : lamps_) {
+    const bool tentative = lamp->sightings() < kTentative;
+    const double allowed_s = options_.longest_gap_s * (tentative ? kTentativeShare : 1.0);
+    const bool outside =
+        !lamp->seen_at(frame.frame) && !view_.inside_image(lamp->at_px(), kOutside_px);
+    if (lamp->unseen_s(frame.time) > allowed_s || outside) lost.push_back(lamp.get());
+    if (!lamp->vehicle) {
+      const std::size_t most = lamp->fixed ? kMostRecordsFixed : kMostRecordsAlone;
+      if (lamp->records.size() > 2 * most)
+        lamp->records.erase(lamp->records.begin(),
+                            lamp->records.end() - static_cast<std::ptrdiff_t>(most));
+    }
+  }
+  for (Lamp* lamp : lost) {
+    pairing_.forget(lamp);
+    Vehicle* vehicle = lamp->vehicle;
+    if (!vehicle) {
+      end_single(*lamp, ended);
+      continue;
+    }
+    Lamp*& side = vehicle->left == lamp ? vehicle->left : vehicle->right;
+    auto& past = vehicle->left == lamp ? vehicle->past_left : vehicle->past_right;
+    past.insert(past.end(), lamp->records.begin(), lamp->records.end());
+    side = nullptr;
+    if (!vehicle->left && !vehicle->right) end_vehicle(*vehicle, ended);
+  }
+  std::erase_if(vehicles_, [](const auto& vehicle) { return !vehicle->left && !vehicle->right; });
+  std::erase_if(lamps_, [&](const auto& lamp) {
+    return std::find(lost.begin(), lost.end(), lamp.get()) != lost.end();
+  });
+}
+
+void Tracker::Impl::end_vehicle(Vehicle& vehicle, std::vector<VehicleTrack>& ended) {
+  VehicleTrack track;
+  const Verdict verdict = judge_vehicle(vehicle, view_, options_, track);
+  count(verdict);
+  if (verdict == Verdict::vehicle) ended.push_back(std::move(track));
+}
+
+void Tracker::Impl::end_single(const Lamp& lamp, std::vector<VehicleTrack>& ended) {
+  VehicleTrack track;
+  const Verdict verdict = judge_single(lamp, view_, options_, track);
+  count(verdict);
+  if (verdict == Verdict::vehicle) ended.push_back(std::move(track));
+}
+
+void Tracker::Impl::count(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::vehicle: return;
+    case Verdict::short_track: ++counts_.short_tracks; return;
+    case Verdict::static_light: ++counts_.static_lights; return;
+    case Verdict::reflection: ++counts_.reflections; return;
+    case Verdict::off_road: ++counts_.off_road; return;
+    case Verdict::undecided: ++counts_.undecided; return;
+  }
+}
+
+void Tracker::Impl::name_kinds(BlobFrame& frame, const std::vector<Spot>& spots) const {
+  constexpr double kShare = 0.5;
+  constexpr int kLooks = 3;
+  for (const auto& [index, lamp] : seen_) {
+    if (std::none_of(lamps_.begin(), lamps_.end(),
+                     [&](const auto& one) { return one.get() == lamp; }))
+      continue;
+    Blob& blob = frame.blobs[static_cast<std::size_t>(spots[index].blob - frame.blobs.data())];
+    if (lamp->vehicle)
+      blob.kind = lamp->vehicle->kind;
+    else if (lamp->mirrored.looks() >= kLooks && lamp->mirrored.share() > kShare)
+      blob.kind = LampKind::reflection;
+    else if (lamp->fixed || (lamp->above.looks() >= kLooks && lamp->above.share() > kShare))
+      blob.kind = LampKind::street;
+  }
+}
+
+std::vector<VehicleTrack> Tracker::Impl::finish() {
+  std::vector<VehicleTrack> ended;
+  for (const auto& vehicle : vehicles_) end_vehicle(*vehicle, ended);
+  for (const auto& lamp : lamps_)
+    if (!lamp->vehicle) end_single(*lamp, ended);
+  for (const auto& lamp : lamps_) pairing_.forget(lamp.get());
+  vehicles_.clear();
+  lamps_.clear();
+  last_time_.reset();
+  return ended;
+}
+
+Tracker::Tracker(TrackOptions options, const Site& site) {
+  const std::vector<std::string> problems = options.problems();
+  if (!problems.empty()) {
+    std::string text = "TrackOptions:";
+    for (const std::string& problem : problems) text += " " + problem + ";";
+    throw std::invalid_argument(text);
+  }
+  if (!site.camera) throw std::invalid_argument("Tracker: the site has no camera; give it one");
+  impl_ = std::make_unique<Impl>(options, site);
+}
+
+Tracker::~Tracker() = default;
+Tracker::Tracker(Tracker&&) noexcept = default;
+Tracker& Tracker::operator=(Tracker&&) noexcept = default;
+std::vector<VehicleTrack> Tracker::update(BlobFrame& blobs) { return impl_->update(blobs); }
+std::vector<VehicleTrack> Tracker::finish() { return impl_->finish(); }
+const TrackCounts& Tracker::counts() const { return impl_->counts(); }
+
+}  // namespace vildar

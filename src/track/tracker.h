@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "types/blob.h"
+#include "types/site.h"
+#include "types/vehicle_track.h"
+
+namespace vildar {
+
+struct TrackOptions {
+  double longest_gap_s = 0.7;      ///< a lamp unseen for longer is lost; (0, 5]
+  int min_sightings = 5;           ///< of a reported vehicle; >= 2
+  double min_duration_s = 0.2;     ///< from its first to its last sighting; >= 0
+  double min_single_lamp_s = 0.4;  ///< the same for a vehicle of which one lamp alone was seen
+  double gate_chi2 =
+      14.0;  ///< squared Mahalanobis distance (2 dof) a blob may have from a lamp; > 0
+
+  /// Every violated rule, each with field, value and range.
+  std::vector<std::string> problems() const;
+};
+
+/// What became of the lights that are not reported as vehicles; all but `blobs` count tracks.
+struct TrackCounts {
+  std::int64_t blobs = 0;
+  std::int64_t static_lights = 0;  ///< street lamps, signs and the like
+  std::int64_t reflections = 0;    ///< on the road, or on the vehicle's own body
+  std::int64_t short_tracks = 0;   ///< vehicles seen too briefly, or in too few frames
+  std::int64_t off_road = 0;       ///< vehicle-like, but beside the lanes of the site file
+  std::int64_t undecided = 0;      ///< single lights that never showed that they are a vehicle
+};
+
+/// Follows lamps from frame to frame and joins them into vehicles. Not thread-safe; one per clip.
+class Tracker {
+ public:
+  /// Throws std::invalid_argument when the options have problems or the site has no camera.
+  Tracker(TrackOptions options, const Site& site);
+  ~Tracker();
+  Tracker(Tracker&&) noexcept;
+  Tracker& operator=(Tracker&&) noexcept;
+
+  /// Takes the blobs of the next frame and sets their kind as far as it is known by now. Returns
+  /// the vehicles that ended, i.e. that have been out of view for `longest_gap_s` or left the
+  /// image. Throws std::invalid_argument when the time is not after that of the frame before.
+  std::vector<VehicleTrack> update(BlobFrame& blobs);
+
+  /// Ends all tracks and returns those that are vehicles; the tracker is then as new, but ids and
+  /// counts go on.
+  std::vector<VehicleTrack> finish();
+
+  const TrackCounts& counts() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace vildar

@@ -1,0 +1,183 @@
+#include "track/vehicle.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vildar {
+namespace {
+
+constexpr double kMostChi2 = 9.0;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+LampSighting sighting_of(const LampRecord& record) {
+  LampSighting sighting = record.sighting;
+  if (record.merged_px > 0.0) {  // the centre is the pair's, within half the separation
+    sighting.defects = sighting.defects | Defect::merged;
+    sighting.centre_sigma_px.array() =
+        sighting.centre_sigma_px.array().square() + record.merged_px * record.merged_px;
+    sighting.centre_sigma_px = sighting.centre_sigma_px.cwiseSqrt();
+  }
+  return sighting;
+}
+
+std::vector<LampRecord> all_records(const std::vector<LampRecord>& past, const Lamp* lamp) {
+  std::vector<LampRecord> records = past;
+  if (lamp) records.insert(records.end(), lamp->records.begin(), lamp->records.end());
+  return records;
+}
+
+/// A frame in which both lamps were seen apart.
+struct PairLook {
+  double time_s, slope_down, inverse_depth_per_m, width_per_depth;
+  Eigen::Vector2d middle_px;
+};
+
+double duration_s(const std::vector<VehicleSighting>& sightings) {
+  return seconds_of(sightings.back().time) - seconds_of(sightings.front().time);
+}
+
+// Least-squares slope of values over times.
+double slope_of(const std::vector<double>& times, const std::vector<double>& values) {
+  const double n = static_cast<double>(times.size());
+  double st = 0.0, sv = 0.0, stt = 0.0, stv = 0.0;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const double t = times[i] - times.front();
+    st += t;
+    sv += values[i];
+    stt += t * t;
+    stv += t * values[i];
+  }
+  const double spread = stt - st * st / n;
+  return spread > 0.0 ? (stv - st * sv / n) / spread : 0.0;
+}
+
+// The lamps' colour says which way the vehicle faces; does its range clearly say the opposite?
+bool motion_contradicts(const std::vector<PairLook>& looks, LampKind kind, const RoadView& view) {
+  constexpr double kClear_m = 4.0, kClearShare = 0.25, kScaleDoubt = 1.35, kSlow_mps = 3.0;
+  std::vector<double> times_s, ranges_m;
+  for (const PairLook& look : looks) {
+    times_s.push_back(look.time_s);
+    ranges_m.push_back(view.separation_m() / look.width_per_depth);
+  }
+  const double closing_mps = -slope_of(times_s, ranges_m);
+  const double nearer_m = closing_mps * (times_s.back() - times_s.front());
+  if (std::abs(nearer_m) < std::max(kClear_m, kClearShare * median(ranges_m))) return false;
+  const double ego_mps = view.ego_speed_mps(0.5 * (times_s.front() + times_s.back()));
+  if (kind == LampKind::headlamp) return closing_mps * kScaleDoubt + kSlow_mps < ego_mps;
+  return closing_mps / kScaleDoubt - kSlow_mps > ego_mps;
+}
+
+bool beside_the_road(const std::vector<double>& laterals_m, const RoadView& view) {
+  constexpr double kMargin_m = 2.0, kMarginShare = 0.25;
+  const double lateral_m = median(laterals_m);
+  return view.beyond_lanes_m(lateral_m) > kMargin_m + kMarginShare * std::abs(lateral_m);
+}
+
+}  // namespace
+
+Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackOptions& options,
+                      VehicleTrack& track) {
+  const std::vector<LampRecord> left = all_records(vehicle.past_left, vehicle.left);
+  const std::vector<LampRecord> right = all_records(vehicle.past_right, vehicle.right);
+  std::vector<PairLook> looks;
+  std::vector<double> laterals_m;
+  track.sightings.clear();
+  for (std::size_t i = 0, j = 0; i < left.size() || j < right.size();) {
+    const bool use_left = j == right.size() || (i < left.size() && left[i].frame <= right[j].frame);
+    const bool use_right =
+        i == left.size() || (j < right.size() && right[j].frame <= left[i].frame);
+    const LampRecord& first = use_left ? left[i] : right[j];
+    VehicleSighting sighting{first.frame, first.time, std::nullopt, std::nullopt};
+    if (first.merged_px > 0.0) {
+      sighting.left = sighting_of(first);
+    } else {
+      if (use_left) sighting.left = sighting_of(left[i]);
+      if (use_right) sighting.right = sighting_of(right[j]);
+    }
+    if (sighting.left && sighting.right) {
+      const PairFit fit = view.fit_pair(left[i].at_px, right[j].at_px, 1.0);
+      const Eigen::Vector2d middle_px = 0.5 * (left[i].at_px + right[j].at_px);
+      looks.push_back({seconds_of(first.time), view.place(middle_px).slope_down,
+                       fit.inverse_depth_per_m, fit.width_per_depth, middle_px});
+      laterals_m.push_back(view.road_at(middle_px, fit.inverse_depth_per_m).lateral_m);
+    }
+    track.sightings.push_back(sighting);
+    i += use_left;
+    j += use_right;
+  }
+
+  const int pairs_needed = std::max(3, options.min_sightings - 1);
+  if (static_cast<int>(track.sightings.size()) < options.min_sightings ||
+      duration_s(track.sightings) < options.min_duration_s ||
+      static_cast<int>(looks.size()) < pairs_needed)
+    return Verdict::short_track;
+  if (vehicle.chi2 > kMostChi2) return Verdict::undecided;
+  if (beside_the_road(laterals_m, view)) return Verdict::off_road;
+
+  track.id = static_cast<int>(vehicle.id);
+  track.kind = vehicle.kind;
+  track.direction = vehicle.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;
+  track.single_lamp = false;
+  track.ambiguous_identity = vehicle.ambiguous;
+  track.direction_contradicts = motion_contradicts(looks, vehicle.kind, view);
+  return Verdict::vehicle;
+}
+
+Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions& options,
+                     VehicleTrack& track) {
+  constexpr double kShare = 0.5, kMoved_px = 8.0, kMoved_m = 4.0, kSlow_mps = 3.0;
+  constexpr double kBelowHorizonSigmas = 2.0, kSpeedSigmas = 2.5;
+  if (lamp.sightings() < options.min_sightings || lamp.lived_s() < options.min_duration_s)
+    return Verdict::short_track;
+  if (lamp.mirrored.share() > kShare || lamp.on_vehicle.share() > kShare)
+    return Verdict::reflection;
+  if (lamp.fixed || lamp.above.share() > kShare) return Verdict::static_light;
+  if (lamp.kind() == LampKind::other || lamp.lived_s() < options.min_single_lamp_s)
+    return Verdict::undecided;
+
+  std::vector<double> times_s, along_m, laterals_m, doubts;
+  int below = 0;
+  track.sightings.clear();
+  for (const LampRecord& record : lamp.records) {
+    const LampPlace place = view.place(record.at_px);
+    const double sigma = view.slope_sigma(place.inverse_depth_per_m);
+    below += place.slope_down > kBelowHorizonSigmas * sigma;
+    doubts.push_back(sigma / std::max(std::abs(place.slope_down), 1e-6));
+    const RoadPosition at = view.road_at(record.at_px, place.inverse_depth_per_m);
+    times_s.push_back(seconds_of(record.time));
+    along_m.push_back(at.along_m);
+    laterals_m.push_back(at.lateral_m);
+    track.sightings.push_back({record.frame, record.time, sighting_of(record), std::nullopt});
+  }
+  if (2 * below < lamp.sightings()) return Verdict::undecided;
+  const double closing_mps = -slope_of(times_s, along_m);
+  const double moved_m = std::abs(closing_mps) * lamp.lived_s();
+  if (view.moving_sensor()) {
+    // A standing light at another height seems to move; only a lane tells it from a vehicle.
+    if (!view.off_lane_centre_m(0.0)) return Verdict::undecided;
+    const double ego_mps = view.ego_speed_mps(times_s.front());
+    const double doubt_mps = kSlow_mps + kSpeedSigmas * median(doubts) * std::abs(closing_mps);
+    if (std::abs(closing_mps - ego_mps) < doubt_mps) return Verdict::static_light;
+  } else if (moved_m < kMoved_m || lamp.wandered_px() < kMoved_px) {
+    return Verdict::static_light;
+  }
+  if (beside_the_road(laterals_m, view)) return Verdict::off_road;
+
+  track.id = static_cast<int>(lamp.id);
+  track.kind = lamp.kind();
+  track.direction = track.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;
+  track.single_lamp = true;
+  track.ambiguous_identity = lamp.doubtful_frame >= lamp.records.front().frame;
+  const double ego_mps = view.ego_speed_mps(times_s.front());
+  track.direction_contradicts = track.direction == Direction::oncoming
+                                    ? closing_mps + kSlow_mps < ego_mps
+                                    : closing_mps - kSlow_mps > ego_mps;
+  return Verdict::vehicle;
+}
+
+}  // namespace vildar

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "track/lamp.h"
+#include "track/tracker.h"
+
+namespace vildar {
+
+/// Two lamps that travel together. A side whose lamp was lost keeps its records and may get
+/// another.
+struct Vehicle {
+  Lamp* left = nullptr;
+  Lamp* right = nullptr;
+  std::vector<LampRecord> past_left, past_right;
+  std::int64_t id = 0;
+  LampKind kind = LampKind::headlamp;
+  int both_seen = 0;  ///< frames
+  double chi2 = 0.0;  ///< of the pair, recent mean
+  double inverse_depth_per_m = 0.0;
+  double width_per_depth = 0.0;
+  Eigen::Vector2d from_left_px;  ///< last vector from the left lamp to the right one
+  bool ambiguous = false;
+
+  Lamp* partner_of(const Lamp* lamp) const { return lamp == left ? right : left; }
+};
+
+enum class Verdict { vehicle, short_track, static_light, reflection, off_road, undecided };
+
+/// What a vehicle, or a light that never had a partner, turns out to be now that it is gone. The
+/// track is written only with Verdict::vehicle.
+Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackOptions& options,
+                      VehicleTrack& track);
+Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions& options,
+                     VehicleTrack& track);
+
+}  // namespace vildar
