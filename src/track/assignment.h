@@ -9,7 +9,7 @@ namespace vildar {
 
 /// Assignment of rows to columns of least total cost, each column used at most once. A row may stay
 /// without a column at `unassigned_cost`; an entry of +infinity is forbidden. Any shape, empty
-/// included. O(rows^2 (rows + columns)): shortest augmenting paths (Jonker and Volgenant 1987).
+/// included. Time grows with rows^2 (rows + columns).
 /// Throws std::invalid_argument on a NaN or -infinity entry or a non-finite `unassigned_cost`.
 std::vector<std::optional<int>> assign_rows(const Eigen::MatrixXd& cost, double unassigned_cost);
 

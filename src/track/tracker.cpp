@@ -36,6 +36,7 @@ class Tracker::Impl {
   std::vector<VehicleTrack> update(BlobFrame& frame);
   std::vector<VehicleTrack> finish();
   const TrackCounts& counts() const { return counts_; }
+  std::optional<CameraTime> live_since() const;
 
  private:
   static constexpr double kReachShare = 0.03;  // of the image width, for the common motion
@@ -307,6 +308,21 @@ std::vector<VehicleTrack> Tracker::Impl::finish() {
   return ended;
 }
 
+std::optional<CameraTime> Tracker::Impl::live_since() const {
+  std::optional<CameraTime> oldest;
+  const auto consider = [&](const std::vector<LampRecord>& records) {
+    if (!records.empty() && (!oldest || records.front().time < *oldest))
+      oldest = records.front().time;
+  };
+  for (const auto& lamp : lamps_)
+    if (lamp->vehicle || !lamp->fixed) consider(lamp->records);
+  for (const auto& vehicle : vehicles_) {
+    consider(vehicle->past_left);
+    consider(vehicle->past_right);
+  }
+  return oldest;
+}
+
 Tracker::Tracker(TrackOptions options, const Site& site) {
   const std::vector<std::string> problems = options.problems();
   if (!problems.empty()) {
@@ -323,6 +339,7 @@ Tracker::Tracker(Tracker&&) noexcept = default;
 Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 std::vector<VehicleTrack> Tracker::update(BlobFrame& blobs) { return impl_->update(blobs); }
 std::vector<VehicleTrack> Tracker::finish() { return impl_->finish(); }
+std::optional<CameraTime> Tracker::live_since() const { return impl_->live_since(); }
 const TrackCounts& Tracker::counts() const { return impl_->counts(); }
 
 }  // namespace vildar

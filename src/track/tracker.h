@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,11 @@ class Tracker {
   std::vector<VehicleTrack> finish();
 
   const TrackCounts& counts() const;
+
+  /// First sighting of the oldest light still followed that may yet be reported as a vehicle: later
+  /// tracks begin no earlier. Lights that stand in the world do not count. Nothing where none is
+  /// followed.
+  std::optional<CameraTime> live_since() const;
 
  private:
   class Impl;
