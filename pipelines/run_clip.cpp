@@ -86,18 +86,14 @@ class Measuring {
     }
   }
 
-  /// Measures the tracks that ended before `live_since_s`, the first time at which a vehicle still
-  /// followed was seen: none of those can share the photodiode with them.
-  void measure_before(double live_since_s) {
-    const auto ready = std::stable_partition(
-        waiting_.begin(), waiting_.end(), [&](const VehicleTrack& track) {
-          return !traces_.empty() && interval_of(track).to_s >= live_since_s;
-        });
-    for (auto track = ready; track != waiting_.end(); ++track) measure(*track);
-    waiting_.erase(ready, waiting_.end());
-    double earliest_s = live_since_s;
-    for (const VehicleTrack& track : waiting_) earliest_s = std::min(earliest_s, interval_of(track).from_s);
-    std::erase_if(lit_, [&](const Lit& lit) { return lit.interval.to_s < earliest_s; });
+  /// Measures the tracks that have ended. With photodiodes they wait for finish(): until then it
+  /// is not known which other vehicles shone on them at the same time.
+  void measure_ready() {
+    if (traces_.empty()) finish();
+  }
+  void finish() {
+    for (const VehicleTrack& track : waiting_) measure(track);
+    waiting_.clear();
   }
 
  private:
@@ -202,8 +198,7 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
     timer.charge("track");
     if (!ended.empty()) {
       measuring.take(std::move(ended));
-      const auto live = tracker.live_since();
-      measuring.measure_before(live ? seconds_of(*live) : std::numeric_limits<double>::infinity());
+      measuring.measure_ready();
       timer.charge("estimate");
     }
     if (blobs != nullptr) {
@@ -214,7 +209,7 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
   }
   timer.charge("decode");
   measuring.take(tracker.finish());
-  measuring.measure_before(std::numeric_limits<double>::infinity());
+  measuring.finish();
   timer.charge("estimate");
 
   measurement.info = clip.info();
