@@ -16,7 +16,7 @@ extern "C" {
 namespace vildar {
 namespace {
 
-constexpr std::size_t kChunkBytes = std::size_t{1} << 20;
+constexpr std::size_t kChunkBytes = std::size_t{1} << 18;
 
 struct Freed {
   void operator()(AVSHA* sha) const { av_free(sha); }

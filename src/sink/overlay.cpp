@@ -9,7 +9,7 @@
 namespace vildar {
 namespace {
 
-constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
+constexpr int kFont = cv::FONT_HERSHEY_DUPLEX;
 // Positions go to OpenCV in sixteenths of a pixel.
 constexpr int kShift = 4;
 const cv::Scalar kPlate(24, 24, 24);
@@ -20,7 +20,7 @@ cv::Scalar colour_of(Direction direction) {
   return direction == Direction::oncoming ? cv::Scalar(40, 170, 255) : cv::Scalar(255, 190, 90);
 }
 
-double text_scale(const cv::Mat& canvas) { return std::max(0.55, canvas.rows / 1440.0); }
+double text_scale(const cv::Mat& canvas) { return std::max(0.6, canvas.rows / 1200.0); }
 int line_width(const cv::Mat& canvas) {
   return std::max(1, static_cast<int>(std::lround(canvas.rows / 720.0)));
 }
@@ -54,7 +54,7 @@ class Lettering {
  public:
   explicit Lettering(const cv::Mat& canvas)
       : scale_(text_scale(canvas)),
-        thickness_(std::max(1, static_cast<int>(std::lround(1.8 * scale_)))) {
+        thickness_(std::max(1, static_cast<int>(std::lround(1.2 * scale_)))) {
     int baseline = 0;
     height_ = cv::getTextSize("0", kFont, scale_, thickness_, &baseline).height;
     sign_width_ = cv::getTextSize("+", kFont, scale_, thickness_, &baseline).width;
@@ -135,7 +135,7 @@ void draw_lamp(cv::Mat& canvas, const PixelBox& box, double scale, const cv::Sca
   // Room for the line beside the light, not over it.
   const double gap = 2.0 * width;
   const cv::Point axes =
-      sixteenths(0.7072 * lamp.width * scale + gap, 0.7072 * lamp.height * scale + gap);
+      sixteenths(0.5 * lamp.width * scale + gap, 0.5 * lamp.height * scale + gap);
   const cv::Point centre = sixteenths(on_canvas(lamp.x + lamp.width / 2, scale),
                                       on_canvas(lamp.y + lamp.height / 2, scale));
   cv::ellipse(canvas, centre, cv::Size(axes.x, axes.y), 0.0, 0.0, 360.0, colour, width, cv::LINE_AA,

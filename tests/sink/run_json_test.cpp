@@ -22,7 +22,7 @@ TEST(InputFile, HashesOfTheStandardsVectors) {
 }
 
 TEST(InputFile, AMillionLettersOverSeveralReads) {
-  // FIPS 180 long vector: one million times "a"; twice over it also crosses the read size.
+  // The long vector of FIPS 180: one million times "a", several reads long.
   const Folder folder;
   std::ofstream(folder / "a") << std::string(1000000, 'a');
   EXPECT_EQ(describe_input("clip", folder / "a").sha256,
