@@ -32,7 +32,10 @@ void read_distortion(const YamlMap& map, CameraSite& camera) {
   }
   const auto distortion = item->map();
   if (!distortion) return;
-  distortion->require("model", camera.distortion, kDistortionWords);
+  if (!distortion->require("model", camera.distortion, kDistortionWords)) {
+    distortion->find("coefficients");  // nothing can be said of them
+    return;
+  }
   std::vector<double> coefficients;
   const std::size_t wanted = coefficient_count(camera.distortion);
   if (wanted == 0) {
@@ -40,8 +43,7 @@ void read_distortion(const YamlMap& map, CameraSite& camera) {
                        "remove them, or name the model brown or fisheye");
     return;
   }
-  distortion->require("coefficients", coefficients);
-  if (coefficients.empty()) return;
+  if (!distortion->require("coefficients", coefficients)) return;
   if (coefficients.size() != wanted) {
     distortion->problem(
         "coefficients",
@@ -56,7 +58,11 @@ void read_distortion(const YamlMap& map, CameraSite& camera) {
 void read_response(const YamlMap& map, CameraSite& camera) {
   const auto response = map.map("response");
   if (!response) return;
-  response->require("kind", camera.response, kResponseWords);
+  if (!response->require("kind", camera.response, kResponseWords)) {
+    response->find("exponent");  // nothing can be said of these
+    response->find("values");
+    return;
+  }
   if (camera.response == ResponseKind::gamma)
     response->require("exponent", camera.response_exponent, kPositive);
   else

@@ -12,10 +12,10 @@ namespace vildar {
 /// folder, and the ego trace is read. Throws ConfigError with every problem of the file.
 ///
 /// Required: `version`; a camera or a photodiode; of the camera its image size, focal lengths,
-/// principal point and position (an angle left out is 0 with a std of 5 degrees, 2 for the roll); of a
-/// photodiode its position (and `id` where there
-/// are several; a lone one is `pd0` unless named); of a lane `id`, `lateral_m` and `direction`. A
-/// missing optional quantity stays unknown (nullopt) or at the default of types/site.h.
+/// principal point and position (an angle left out is 0 with a std of 5 degrees, 2 for the roll);
+/// of a photodiode its position (and `id` where there are several; a lone one is `pd0` unless
+/// named); of a lane `id`, `lateral_m` and `direction`. A missing optional quantity stays unknown
+/// (nullopt) or at the default of types/site.h.
 Site load_site(const std::filesystem::path& file);
 
 /// The same from a map that stands inside another file (a scenario), without `version`. Problems

@@ -1,6 +1,7 @@
 #include <array>
+#include <charconv>
+#include <cmath>
 #include <cstdio>
-#include <cstdlib>
 
 #include "config/site_file.h"
 #include "config/site_words.h"
@@ -40,11 +41,18 @@ std::string number(double value) { return number_text(value); }
 /// The shortest degrees that turn back into the same radians, where there are any.
 std::string degrees(double angle_rad) {
   const double angle_deg = degrees_from_radians(angle_rad);
-  std::array<char, 40> text;
   for (int digits = 1; digits <= 17; ++digits) {
-    std::snprintf(text.data(), text.size(), "%.*g", digits, angle_deg);
-    const double back_deg = std::strtod(text.data(), nullptr);
+    std::array<char, 40> text;
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), angle_deg,
+                                   std::chars_format::general, digits);
+    double back_deg = 0.0;
+    std::from_chars(text.data(), end.ptr, back_deg);
     if (radians_from_degrees(back_deg) == angle_rad) return number_text(back_deg);
+  }
+  // Two conversions can round the same way and miss by a bit.
+  for (const double towards : {-1e9, 1e9}) {
+    const double near_deg = std::nextafter(angle_deg, towards);
+    if (radians_from_degrees(near_deg) == angle_rad) return number_text(near_deg);
   }
   return number_text(angle_deg);
 }

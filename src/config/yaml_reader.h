@@ -135,15 +135,17 @@ class YamlMap {
   /// Whether the key is present; does not count as reading it.
   bool has(std::string_view name) const;
 
-  /// An optional key: `target` stays as it is where the key is absent.
+  /// An optional key: `target` stays as it is where the key is absent. True where a value was read.
   template <class T, class... Rule>
-  void read(std::string_view name, T& target, const Rule&... rule) const {
-    if (const auto item = find(name)) item->get(target, rule...);
+  bool read(std::string_view name, T& target, const Rule&... rule) const {
+    const auto item = find(name);
+    return item && item->get(target, rule...);
   }
   /// A required key: its absence is a problem at the line of this map.
   template <class T, class... Rule>
-  void require(std::string_view name, T& target, const Rule&... rule) const {
-    if (const auto item = find_required(name)) item->get(target, rule...);
+  bool require(std::string_view name, T& target, const Rule&... rule) const {
+    const auto item = find_required(name);
+    return item && item->get(target, rule...);
   }
   /// As read() and require(); the rule is in degrees, the target (a number, Uncertain, or optional
   /// of these) in radians.
