@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
 namespace vildar {
 namespace {
 
