@@ -17,6 +17,8 @@ namespace {
 /// A clipped light this much longer than wide is two lamps run together, not one disc.
 constexpr double kTwoLampElongation = 1.6;
 constexpr int kLeastClippedForShape_px = 12;
+/// Depth of a valley that noise alone hardly digs, in sigmas of one pixel.
+constexpr double kValleySigma = 5.0;
 
 /// A position of the stored plane in the upright picture.
 Eigen::Vector2d upright(const Eigen::Vector2d& stored, int rotation_deg, const LumaView& luma) {
@@ -149,7 +151,9 @@ Blob Detector::State::blob_of(const Frame& frame, const Peak& peak, const Measur
   if (light.cut_by_edge) blob.defects = blob.defects | Defect::cut_by_edge;
   if (peak.clipped_px >= kLeastClippedForShape_px && light.elongation > kTwoLampElongation)
     blob.defects = blob.defects | Defect::merged;
-  const RimColour rim = rim_colour(frame, peak.box, half_code[peak.level_code], clip_code);
+  // The level is half the peak; the rim goes on to an eighth.
+  const int rim_code = half_code[half_code[peak.level_code]];
+  const RimColour rim = rim_colour(frame, peak.box, rim_code, clip_code);
   blob.cr = rim.cr;
   blob.cb = rim.cb;
   blob.kind = kind_of(peak, light, linear[peak.peak_code], rim);
@@ -187,9 +191,8 @@ BlobFrame Detector::detect(const Frame& frame) {
   PeakRules rules;
   rules.clip_code = state.clip_meter.update(luma, state.runs);
   const double span = luma.white_code - luma.black_code;
-  rules.least_valley_codes =
-      static_cast<int>(std::ceil(std::max(state.options.min_valley_fraction * span,
-                                          state.options.threshold_sigma * levels.noise_codes)));
+  rules.least_valley_codes = static_cast<int>(std::ceil(
+      std::max(state.options.min_valley_fraction * span, kValleySigma * levels.noise_codes)));
   rules.min_area_px = state.options.min_area_px;
   rules.half_code = state.half_code;
   state.finder.clear();

@@ -9,8 +9,13 @@ namespace {
 /// rises.
 constexpr double kRedCr = 0.06;
 constexpr double kRedOverYellow = 0.6;
-/// A lamp outshines what surrounds it at least so many times.
-constexpr double kLeastContrast = 4.0;
+/// A lamp outshines what surrounds it at least so many times. A clipped one is brighter than it
+/// shows, and may stand in the glare of another.
+constexpr double kLeastContrast = 6.0;
+constexpr double kLeastContrastClipped = 2.5;
+/// A lamp seen as large as this is near, and a near lamp is no dimmer than this.
+constexpr double kWideSpread_px = 5.0;
+constexpr double kWideLeastPeak = 0.25;
 /// Unclipped lights longer than this are paint, kerbs and edges.
 constexpr double kMostElongation = 3.0;
 
@@ -39,10 +44,17 @@ RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, in
   return rim;
 }
 
+bool like_a_lamp(const Peak& peak, const Measured& light, double peak_linear) {
+  const bool clipped = peak.clipped_px > 0;
+  if (peak_linear < (clipped ? kLeastContrastClipped : kLeastContrast) * light.background)
+    return false;
+  if (light.spread_px.maxCoeff() > kWideSpread_px && peak_linear < kWideLeastPeak) return false;
+  return clipped || light.elongation <= kMostElongation;
+}
+
 LampKind kind_of(const Peak& peak, const Measured& light, double peak_linear,
                  const RimColour& rim) {
-  if (peak_linear < kLeastContrast * light.background) return LampKind::other;
-  if (peak.clipped_px == 0 && light.elongation > kMostElongation) return LampKind::other;
+  if (!like_a_lamp(peak, light, peak_linear)) return LampKind::other;
   if (rim.known && rim.cr > kRedCr && rim.cr > -kRedOverYellow * rim.cb) return LampKind::taillamp;
   return LampKind::headlamp;
 }

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <cstring>
+#include <numeric>
 
 namespace vildar {
 namespace {
@@ -14,46 +15,76 @@ constexpr double kClipMargin = 0.02;                   // of black..white; what 
 constexpr std::int64_t kPlateauPixels = 24;
 constexpr double kPlateauShare = 0.25;
 
-/// Value below which `share` of the values lie; reorders them.
-int quantile(std::vector<int>& values, double share) {
-  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + rank, values.end());
-  return values[static_cast<std::size_t>(rank)];
+constexpr int kFinestBits = 10;  // deeper codes are counted in bins
+
+int sum_of(const std::vector<int>& counts) {
+  return std::accumulate(counts.begin(), counts.end(), 0);
 }
 
-/// Sigma of one pixel from absolute differences of neighbours. Most neighbours in a night frame
-/// differ by rounding alone; the mean of the lower 80 % keeps a fraction of a code where a median
-/// would be 0 or 1, and leaves out edges.
-double noise_from_steps(std::vector<int>& steps) {
+/// Bin that holds the value below which `share` of the counted values lie.
+int quantile(const std::vector<int>& counts, double share) {
+  const double rank = share * (sum_of(counts) - 1);
+  int bin = 0;
+  for (double below = counts[0]; below <= rank; below += counts[bin]) ++bin;
+  return bin;
+}
+
+/// Sigma of one pixel, in bins, from absolute differences of neighbours. Most neighbours in a night
+/// frame differ by rounding alone; the mean of the lower 80 % keeps a fraction of a code where a
+/// median would be 0 or 1, and leaves out edges.
+double noise_from_steps(const std::vector<int>& steps) {
   constexpr double kKept = 0.8;
   // Mean of |x| below its 80 % quantile, for a normal x with sigma sqrt(2).
   constexpr double kMeanStepPerSigma = 0.7900;
-  quantile(steps, kKept);
-  const auto kept = static_cast<std::size_t>(kKept * static_cast<double>(steps.size() - 1)) + 1;
-  double sum = 0.0;
-  for (std::size_t i = 0; i < kept; ++i) sum += steps[i];
-  return sum / static_cast<double>(kept) / kMeanStepPerSigma;
+  const double kept = kKept * sum_of(steps);
+  double sum = 0.0, left = kept;
+  for (std::size_t step = 0; left > 0.0; ++step) {
+    const double taken = std::min<double>(steps[step], left);
+    sum += taken * static_cast<double>(step);
+    left -= taken;
+  }
+  return sum / kept / kMeanStepPerSigma;
+}
+
+template <class T>
+void count_samples(const LumaView& luma, int shift, std::vector<int>& codes,
+                   std::vector<int>& steps) {
+  const int step_v = std::max(1, luma.height_px / kGridRows);
+  const int step_u = std::max(1, luma.width_px / kGridColumns);
+  const std::size_t last = codes.size() - 1;
+  for (int v = step_v / 2; v < luma.height_px; v += step_v) {
+    const std::uint8_t* row = luma.row(v);
+    const auto bin_at = [&](int u) {
+      T code;
+      std::memcpy(&code, row + u * static_cast<int>(sizeof(T)), sizeof(T));
+      return std::min<std::size_t>(code >> shift, last);
+    };
+    for (int u = step_u / 2; u + 1 < luma.width_px; u += step_u) {
+      const std::size_t bin = bin_at(u), next = bin_at(u + 1);
+      ++codes[bin];
+      ++steps[bin > next ? bin - next : next - bin];
+    }
+    if (luma.width_px == 1) ++codes[bin_at(0)];
+  }
 }
 
 }  // namespace
 
 Levels LevelMeter::measure(const LumaView& luma, const DetectOptions& options) {
-  const int step_v = std::max(1, luma.height_px / kGridRows);
-  const int step_u = std::max(1, luma.width_px / kGridColumns);
-  codes_.clear();
-  steps_.clear();
-  for (int v = step_v / 2; v < luma.height_px; v += step_v) {
-    for (int u = step_u / 2; u < luma.width_px; u += step_u) {
-      const int code = luma.code(u, v);
-      codes_.push_back(code);
-      if (u + 1 < luma.width_px) steps_.push_back(std::abs(luma.code(u + 1, v) - code));
-    }
-  }
+  const int shift = std::max(0, luma.bit_depth - kFinestBits);
+  codes_.assign(std::size_t{1} << (luma.bit_depth - shift), 0);
+  steps_.assign(codes_.size(), 0);
+  if (luma.bytes_per_sample() == 1)
+    count_samples<std::uint8_t>(luma, shift, codes_, steps_);
+  else
+    count_samples<std::uint16_t>(luma, shift, codes_, steps_);
+  const int bin_codes = 1 << shift;
   Levels levels;
-  levels.noise_codes = kQuantisation;
-  if (!steps_.empty()) levels.noise_codes = std::hypot(noise_from_steps(steps_), kQuantisation);
-  levels.background_code = quantile(codes_, 0.5);
-  const int crowd_code = quantile(codes_, 1.0 - options.max_bright_share);
+  levels.noise_codes = kQuantisation * bin_codes;
+  if (luma.width_px > 1)
+    levels.noise_codes = std::hypot(noise_from_steps(steps_) * bin_codes, kQuantisation);
+  levels.background_code = quantile(codes_, 0.5) * bin_codes;
+  const int crowd_code = (quantile(codes_, 1.0 - options.max_bright_share) + 1) * bin_codes;
   const double span = luma.white_code - luma.black_code;
   const double least =
       std::max(levels.background_code + options.threshold_sigma * levels.noise_codes,
@@ -61,7 +92,7 @@ Levels LevelMeter::measure(const LumaView& luma, const DetectOptions& options) {
   // However much of the frame is bright, its clipped pixels stay above the threshold.
   const double most = luma.black_code + 0.8 * span;
   levels.threshold_code =
-      static_cast<int>(std::ceil(std::max(least, std::min<double>(crowd_code + 1, most))));
+      static_cast<int>(std::ceil(std::max(least, std::min<double>(crowd_code, most))));
   return levels;
 }
 

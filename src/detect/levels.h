@@ -21,8 +21,8 @@ class LevelMeter {
   Levels measure(const LumaView& luma, const DetectOptions& options);
 
  private:
-  std::vector<int> codes_;
-  std::vector<int> steps_;
+  std::vector<int> codes_;  ///< how many samples have each code, deep codes in bins
+  std::vector<int> steps_;  ///< how many neighbours differ by so much
 };
 
 /// Learns the code from which a pixel counts as clipped: 2 % below nominal white, unless the camera

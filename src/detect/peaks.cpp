@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <utility>
 
 namespace vildar {
@@ -10,14 +11,17 @@ namespace {
 // Chamfer distances (Borgefors 1986): 3 per straight step, 4 per diagonal one.
 constexpr int kStraight = 3;
 constexpr int kDiagonal = 4;
+constexpr int kNotJoined = -1;
 /// A neck narrower than this share of the smaller disc's half width parts two clipped discs.
 constexpr double kNeckShare = 0.7;
+/// The same against an area whose own lights are already taken out: what joins it is lost.
+constexpr double kNeckShareOfRest = 0.95;
 
 /// Whether a peak of height `top` stands clear of a valley of height `valley`.
-bool stands_clear(int top, int valley, int clip_code, int least_valley_codes) {
+bool stands_clear(int top, int valley, int clip_code, int least_valley_codes, double neck_share) {
   if (valley <= clip_code) return std::min(top, clip_code) - valley >= least_valley_codes;
   const int depth = top - clip_code, neck = valley - clip_code;
-  return depth - neck >= kStraight && neck <= kNeckShare * depth;
+  return depth - neck >= kStraight && neck <= neck_share * depth;
 }
 
 }  // namespace
@@ -75,7 +79,7 @@ void PeakFinder::fill_depths(int clip_code) {
     for (int step = 0; step < n; ++step) {
       const int node = direction < 0 ? step : n - 1 - step;
       if (nodes[node].height < clip_code) continue;
-      const int cell = nodes[node].tail;
+      const int cell = cells_[node];
       const int row = cell + direction * grid_width_;
       const int depth = std::min({depth_at(cell + direction) + kStraight, depth_at(row) + kStraight,
                                   depth_at(row - 1) + kDiagonal, depth_at(row + 1) + kDiagonal});
@@ -85,9 +89,27 @@ void PeakFinder::fill_depths(int clip_code) {
   }
 }
 
-void PeakFinder::add(const LumaView& luma, std::span<const int> run_indices,
-                     const std::vector<PixelRun>& runs, int threshold_code,
-                     const PeakRules& rules) {
+void PeakFinder::sort_by_height() {
+  const int n = static_cast<int>(nodes_.size());
+  const auto lower = [](const Node& a, const Node& b) { return a.height < b.height; };
+  const auto [lowest, highest] = std::minmax_element(nodes_.begin(), nodes_.end(), lower);
+  const int least = lowest->height, most = highest->height;
+  order_.resize(nodes_.size());
+  if (most - least > 4 * n) {  // deep codes in a small area: counting would cost more
+    std::iota(order_.begin(), order_.end(), 0);
+    std::sort(order_.begin(), order_.end(), [&](int a, int b) {
+      return nodes_[a].height != nodes_[b].height ? nodes_[a].height > nodes_[b].height : a < b;
+    });
+    return;
+  }
+  place_.assign(static_cast<std::size_t>(most - least) + 2, 0);
+  for (const Node& node : nodes_) ++place_[most - node.height + 1];
+  std::partial_sum(place_.begin(), place_.end(), place_.begin());
+  for (int node = 0; node < n; ++node) order_[place_[most - nodes_[node].height]++] = node;
+}
+
+void PeakFinder::load(const LumaView& luma, std::span<const int> run_indices,
+                      const std::vector<PixelRun>& runs, const PeakRules& rules) {
   PixelBox box{luma.width_px, luma.height_px, -1, -1};
   for (const int index : run_indices) {
     const PixelRun& run = runs[index];
@@ -100,6 +122,7 @@ void PeakFinder::add(const LumaView& luma, std::span<const int> run_indices,
   grid_.assign(static_cast<std::size_t>(grid_width_) * (box.v_max - box.v_min + 3), 0);
   at_.clear();
   codes_.clear();
+  cells_.clear();
   nodes_.clear();
   // A little under the clipping code still counts as plateau: compression digs holes into it.
   const int plateau_code = rules.clip_code - rules.least_valley_codes / 2;
@@ -109,64 +132,59 @@ void PeakFinder::add(const LumaView& luma, std::span<const int> run_indices,
     for (int u = run.u_begin; u < run.u_end; ++u) {
       const int node = static_cast<int>(at_.size());
       const int code = luma.code(u, run.v);
+      const bool plateau = code >= plateau_code;
+      has_plateau |= plateau;
       const int cell = (run.v - box.v_min + 1) * grid_width_ + u - box.u_min + 1;
-      const int height = code >= plateau_code ? rules.clip_code : code;
-      has_plateau |= code >= plateau_code;
+      grid_[cell] = node + 1;
       at_.push_back({u, run.v});
       codes_.push_back(code);
-      grid_[cell] = node + 1;
-      nodes_.push_back({node, -1, cell, height, height, 1, false});
+      cells_.push_back(cell);
+      nodes_.push_back({node, -1, kNotJoined, plateau ? rules.clip_code : code, 0, 1, false});
     }
   }
   if (has_plateau) fill_depths(rules.clip_code);
+}
 
-  const int n = static_cast<int>(nodes_.size());
-  order_.resize(nodes_.size());
-  for (int node = 0; node < n; ++node) order_[node] = node;
-  std::sort(order_.begin(), order_.end(), [&](int a, int b) {
-    return nodes_[a].height != nodes_[b].height ? nodes_[a].height > nodes_[b].height : a < b;
-  });
-  const std::array<int, 8> around = {-1,
-                                     1,
-                                     -grid_width_,
-                                     grid_width_,
-                                     -grid_width_ - 1,
-                                     -grid_width_ + 1,
-                                     grid_width_ - 1,
-                                     grid_width_ + 1};
-  std::vector<int>& cell_of = cells_;
-  cell_of.resize(nodes_.size());
-  for (int node = 0; node < n; ++node) {
-    cell_of[node] = nodes_[node].tail;
-    nodes_[node].tail = -1;  // not yet joined
+int PeakFinder::join(int mine, int theirs, int height, const PeakRules& rules) {
+  const bool mine_closed = nodes_[mine].closed, theirs_closed = nodes_[theirs].closed;
+  const double neck_share = mine_closed || theirs_closed ? kNeckShareOfRest : kNeckShare;
+  const auto clear = [&](int root) {
+    return nodes_[root].closed || stands_clear(nodes_[root].top, height, rules.clip_code,
+                                               rules.least_valley_codes, neck_share);
+  };
+  if (clear(mine) && clear(theirs)) {
+    if (!mine_closed) close(mine, height, true, rules);
+    if (!theirs_closed) close(theirs, height, true, rules);
   }
+  // The list of the joined set starts with its root, whose first `count` pixels were its own.
+  if (nodes_[theirs].top > nodes_[mine].top) std::swap(mine, theirs);
+  Node& kept = nodes_[mine];
+  Node& joined = nodes_[theirs];
+  nodes_[kept.tail].next = theirs;
+  kept.tail = joined.tail;
+  kept.count += joined.count;
+  kept.closed |= joined.closed;
+  joined.parent = mine;
+  return mine;
+}
+
+void PeakFinder::add(const LumaView& luma, std::span<const int> run_indices,
+                     const std::vector<PixelRun>& runs, int threshold_code,
+                     const PeakRules& rules) {
+  load(luma, run_indices, runs, rules);
+  sort_by_height();
+  const int row = grid_width_;
+  const std::array<int, 8> around = {-1, 1, -row, row, -row - 1, -row + 1, row - 1, row + 1};
   for (const int node : order_) {
-    nodes_[node].tail = node;
-    nodes_[node].top = nodes_[node].height;
     const int height = nodes_[node].height;
+    nodes_[node].tail = node;
+    nodes_[node].top = height;
     int mine = node;
     for (const int offset : around) {
-      const int other = grid_[cell_of[node] + offset] - 1;
-      if (other < 0 || nodes_[other].tail < 0) continue;
-      int theirs = root_of(other);
-      if (theirs == mine) continue;
-      const auto clear_of = [&](int root) {
-        const Node& set = nodes_[root];
-        return !set.closed &&
-               stands_clear(set.top, height, rules.clip_code, rules.least_valley_codes);
-      };
-      const bool mine_clear = clear_of(mine), theirs_clear = clear_of(theirs);
-      if (theirs_clear && (mine_clear || nodes_[mine].closed)) close(theirs, height, true, rules);
-      if (mine_clear && (theirs_clear || nodes_[theirs].closed)) close(mine, height, true, rules);
-      // The list of the joined set starts with its root, whose first `count` pixels stay its own.
-      if (nodes_[theirs].top > nodes_[mine].top) std::swap(mine, theirs);
-      Node& kept = nodes_[mine];
-      Node& joined = nodes_[theirs];
-      nodes_[kept.tail].next = theirs;
-      kept.tail = joined.tail;
-      kept.count += joined.count;
-      kept.closed |= joined.closed;
-      joined.parent = mine;
+      const int other = grid_[cells_[node] + offset] - 1;
+      if (other < 0 || nodes_[other].tail == kNotJoined) continue;
+      const int theirs = root_of(other);
+      if (theirs != mine) mine = join(mine, theirs, height, rules);
     }
   }
   const int last = root_of(0);

@@ -59,16 +59,21 @@ class PeakFinder {
     int count;
     bool closed;  // holds lights already taken out
   };
+  void load(const LumaView& luma, std::span<const int> run_indices,
+            const std::vector<PixelRun>& runs, const PeakRules& rules);
   int root_of(int node);
+  int join(int mine, int theirs, int height, const PeakRules& rules);
   void close(int root, int valley_code, bool split, const PeakRules& rules);
   void fill_depths(int clip_code);
+  void sort_by_height();
 
   std::vector<Peak> peaks_;
   std::vector<PixelAt> pixels_;
   std::vector<PixelAt> at_;  // pixels of the area
   std::vector<int> codes_;
   std::vector<Node> nodes_;
-  std::vector<int> order_;
+  std::vector<int> order_;  // nodes in falling order of height
+  std::vector<int> place_;  // where the next node of a height goes
   std::vector<int> cells_;  // of each node in the grid
   std::vector<int> grid_;   // padded box: node + 1, or 0
   int grid_width_ = 0;

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/quantity.h"
+#include "detect/kind.h"
+
 namespace vildar {
 namespace {
 
@@ -16,6 +19,19 @@ constexpr double kFloorSharp_px = 0.02;
 constexpr double kFloorSmooth_px = 0.003;
 constexpr double kFloorClipped_px = 0.05;
 constexpr double kAsymmetryShare = 0.3;
+
+/// Error of a clipped light's centre that its outline leaves, px. Each of the 2 pi R pixels on the
+/// rim of a disc is in or out by rounding, area variance 1/12 each: the centroid's variance is 1 /
+/// (12 pi R). Rim pixels that are bright but not clipped tell more. Where the disc runs into
+/// another, the side that cannot be seen costs a share of its radius.
+double shape_sigma(const Peak& peak) {
+  constexpr double kHiddenSideShare = 0.12;
+  const double radius_px = std::sqrt(std::max(peak.clipped_px, 1) / kPi) + peak.eroded_px;
+  const double rim_px = 2.0 * kPi * radius_px;
+  const double graded = static_cast<double>(peak.count - peak.clipped_px) / rim_px;
+  const double outline_px = std::sqrt(1.0 / (12.0 * kPi * radius_px)) / (1.0 + graded);
+  return std::hypot(outline_px, peak.eroded_px > 0 ? kHiddenSideShare * radius_px : 0.0);
+}
 
 /// Inclusive pixel range around `centre`, inside 0..size - 1.
 struct Range {
@@ -70,10 +86,12 @@ void Photometer::find_background(const LumaView& luma, const LightScale& scale, 
   const Range outer_u(light.centre_px.x(), reach.x() + 0.5 + kRingWidth_px, luma.width_px);
   const Range outer_v(light.centre_px.y(), reach.y() + 0.5 + kRingWidth_px, luma.height_px);
   ring_.clear();
-  for (int v = outer_v.from; v <= outer_v.to; ++v) {
+  // A wide ring has more pixels than a background needs.
+  const int step = 1 + static_cast<int>(reach.sum() / 24.0);
+  for (int v = outer_v.from; v <= outer_v.to; v += v < inner_v.from || v >= inner_v.to ? 1 : step) {
     const bool beside = v >= inner_v.from && v <= inner_v.to;
-    for (int u = outer_u.from; u <= outer_u.to; ++u) {
-      if (beside && u == inner_u.from) u = inner_u.to + 1;
+    for (int u = outer_u.from; u <= outer_u.to; u += beside ? 1 : step) {
+      if (beside && u >= inner_u.from && u <= inner_u.to) u = inner_u.to + 1;
       if (u <= outer_u.to) ring_.push_back(luma.code(u, v));
     }
   }
@@ -131,6 +149,11 @@ void Photometer::refine_centre(const LumaView& luma, const LightScale& scale, co
   const Eigen::Vector2d start_px = light.centre_px;
   const Eigen::Vector2d most_spread = 1.5 * light.spread_px;
   Eigen::Vector2d variance = Eigen::Vector2d::Zero();
+  // What a light shares with a neighbour lies below the valley between them.
+  const bool above_valley = peak.split && peak.eroded_px == 0;
+  const double floor = above_valley
+                           ? std::max<double>(light.background, scale.linear[peak.level_code])
+                           : light.background;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     const Eigen::Vector2d s = light.spread_px;
     const Range range_u(light.centre_px.x(), kWindowSpreads * s.x(), luma.width_px);
@@ -151,7 +174,9 @@ void Photometer::refine_centre(const LumaView& luma, const LightScale& scale, co
         if (!neighbours_.empty() && beyond(offset, true)) continue;
         const int code = std::min(luma.code(u, v), scale.clip_code);
         const double weight = weight_v * weight_u_[static_cast<std::size_t>(u - range_u.from)];
-        const double weighted = weight * (scale.linear[code] - light.background);
+        const double excess = scale.linear[code] - floor;
+        if (above_valley && excess <= 0.0) continue;
+        const double weighted = weight * excess;
         sum += weighted;
         first += weighted * offset;
         const Eigen::Vector2d squared = offset.cwiseAbs2();
@@ -173,15 +198,34 @@ void Photometer::refine_centre(const LumaView& luma, const LightScale& scale, co
         windowed.cwiseProduct(gain).cwiseSqrt().cwiseMax(kLeastSpread_px).cwiseMin(most_spread);
     if (move.cwiseAbs().maxCoeff() < 1e-3 && iteration >= 3) break;
   }
-  const bool clipped = peak.clipped_px > 0;
+  const double shape_sigma_px = shape_sigma(peak);
   for (int axis = 0; axis < 2; ++axis) {
     const double sharpness = std::clamp(1.2 - light.spread_px[axis], 0.0, 0.5) / 0.5;
-    double floor = std::lerp(kFloorSmooth_px, kFloorSharp_px, sharpness);
-    if (clipped)
-      floor =
-          std::hypot(kFloorClipped_px, kAsymmetryShare * (light.centre_px[axis] - start_px[axis]));
-    light.centre_sigma_px[axis] = std::hypot(std::sqrt(variance[axis]), floor);
+    double floor_px = std::lerp(kFloorSmooth_px, kFloorSharp_px, sharpness);
+    if (peak.clipped_px > 0)
+      floor_px = std::hypot(kFloorClipped_px, shape_sigma_px,
+                            kAsymmetryShare * (light.centre_px[axis] - start_px[axis]));
+    light.centre_sigma_px[axis] = std::hypot(std::sqrt(variance[axis]), floor_px);
   }
+}
+
+// For lit surfaces, which have no centre worth refining: the light of their own pixels, and a
+// centre known to a share of their size.
+void Photometer::sum_pixels(const LumaView& luma, std::span<const PixelAt> pixels,
+                            const LightScale& scale, Measured& light) const {
+  constexpr double kCentreShare = 0.25;
+  constexpr double kBelowLevelShare = 0.5;  // light that its level leaves out
+  double sum = 0.0, variance = 0.0;
+  for (const PixelAt& at : pixels) {
+    const int code = luma.code(at.u, at.v);
+    sum += scale.linear[code] - light.background;
+    variance += scale.sigma[code] * scale.sigma[code];
+  }
+  light.flux = std::max(sum, 0.0);
+  light.flux_sigma =
+      std::hypot(std::sqrt(variance), static_cast<double>(pixels.size()) * light.background_sigma,
+                 kBelowLevelShare * light.flux);
+  light.centre_sigma_px = kCentreShare * light.spread_px;
 }
 
 void Photometer::sum_flux(const LumaView& luma, const LightScale& scale, Measured& light) const {
@@ -219,8 +263,12 @@ const std::vector<Measured>& Photometer::measure(const LumaView& luma, const Pea
   for (const Peak& peak : peaks)
     lights_.push_back(first_guess(luma, finder.pixels(peak), peak, scale));
   for (std::size_t i = 0; i < peaks.size(); ++i) {
-    find_neighbours(i);
     find_background(luma, scale, lights_[i]);
+    if (!like_a_lamp(peaks[i], lights_[i], scale.linear[peaks[i].peak_code])) {
+      sum_pixels(luma, finder.pixels(peaks[i]), scale, lights_[i]);
+      continue;
+    }
+    find_neighbours(i);
     Measured light = lights_[i];
     refine_centre(luma, scale, peaks[i], light);
     find_background(luma, scale, light);

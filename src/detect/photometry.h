@@ -47,6 +47,8 @@ class Photometer {
   void find_neighbours(std::size_t index);
   void refine_centre(const LumaView& luma, const LightScale& scale, const Peak& peak,
                      Measured& light);
+  void sum_pixels(const LumaView& luma, std::span<const PixelAt> pixels, const LightScale& scale,
+                  Measured& light) const;
   void sum_flux(const LumaView& luma, const LightScale& scale, Measured& light) const;
   bool beyond(const Eigen::Vector2d& offset, bool either_side) const;
 
