@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <string_view>
 
 extern "C" {
 #include <libavcodec/avcodec.h>
@@ -123,7 +124,9 @@ void ClipSource::Impl::describe(const AVFrame& first) {
   info.width_px = sideways ? first.height : first.width;
   info.height_px = sideways ? first.width : first.height;
   if (info.frame_rate_overridden) return;
-  if ((container.iformat->flags & AVFMT_NOTIMESTAMPS) != 0)
+  const bool bare_stream = (container.iformat->flags & AVFMT_NOTIMESTAMPS) != 0 ||
+                           std::string_view(container.iformat->long_name).starts_with("raw ");
+  if (bare_stream)
     warn("this kind of file holds no time stamps; taken at " +
          fixed_text(info.nominal_frame_rate_hz, 3) + " frames/s; give the true frame rate");
   else if (info.nominal_frame_rate_hz == 0.0)

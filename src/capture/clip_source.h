@@ -13,7 +13,7 @@ namespace vildar {
 
 struct ClipOptions {
   /// Overrides every time stamp: frame k is at k / frame_rate_hz. In (0, 1e6].
-  std::optional<double> frame_rate_hz;
+  std::optional<double> frame_rate_hz = std::nullopt;
   int decoder_threads = 1;  ///< 1 to 64; with many clips, one thread each is fastest
   /// Faster, and off by at most a few codes; honoured for H.264 only, where the change is below
   /// what the codec itself does to a lamp.
@@ -62,11 +62,11 @@ struct ClipCounts {
 /// palette, packed YUV) are converted to planar YUV, RGB to full-range BT.709.
 ///
 /// Frame::time is the presentation time less that of the first frame, variable rates kept. A stamp
-/// that is missing, repeated or backward is replaced by one nominal period after its predecessor,
-/// or by the middle between its neighbours where that is sooner. A stamp more than 10 s or 300
-/// periods ahead (whichever is less) counts as wrong unless the next frame carries on from it; one
-/// as far behind from which the next frame carries on is a clock that started again, and time goes
-/// on without a break. All are counted.
+/// that is missing, repeated or backward is replaced by one period (the usual one so far; at the
+/// start the declared one) after its predecessor, or by the middle between its neighbours where
+/// that is sooner. A stamp more than 10 s or 300 periods ahead (whichever is less) counts as wrong
+/// unless the next frame carries on from it; one as far behind from which the next frame carries on
+/// is a clock that started again, and time goes on without a break. All are counted.
 ///
 /// Damaged packets are survived: the frames they leave are given with `damaged` set. Frame::index
 /// counts every decoded picture, so it has gaps where pictures of another size were left out. One

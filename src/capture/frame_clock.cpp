@@ -8,6 +8,7 @@ namespace {
 
 constexpr std::size_t kEarlyIntervals = 64;
 constexpr std::size_t kIntervalsForRate = 10;
+constexpr std::size_t kIntervalsForPeriod = 4;
 constexpr std::chrono::nanoseconds kFar = std::chrono::seconds(10);
 constexpr int kFarPeriods = 300;
 
@@ -26,7 +27,7 @@ bool FrameClock::doubts(Stamp stamp) const {
 
 FrameClock::Nanoseconds FrameClock::place(Stamp stamp, Stamp next) {
   if (!anchored_) {
-    const Nanoseconds at = placed_ == 0 ? Nanoseconds(0) : last_ + period_;
+    const Nanoseconds at = placed_ == 0 ? Nanoseconds(0) : last_ + period();
     if (!stamp) return repair(at);
     anchored_ = true;
     origin_ = *stamp - at;
@@ -38,16 +39,23 @@ FrameClock::Nanoseconds FrameClock::place(Stamp stamp, Stamp next) {
     const bool carried_on = next && *next > *stamp && *next - *stamp <= far_;
     if (at > last_ && carried_on) return accept(at);
     if (at < last_ - far_ && carried_on) {
-      origin_ = *stamp - (last_ + period_);
-      return repair(last_ + period_);
+      const Nanoseconds resumed = last_ + period();
+      origin_ = *stamp - resumed;
+      return repair(resumed);
     }
   }
-  Nanoseconds step = period_;
+  Nanoseconds step = period();
   if (next) {
     const Nanoseconds room = *next - origin_ - last_;
     if (room > Nanoseconds(1) && room <= far_) step = std::min(step, room / 2);
   }
   return repair(last_ + step);
+}
+
+/// The stamps know their rate better than the header does.
+FrameClock::Nanoseconds FrameClock::period() const {
+  if (early_intervals_s_.size() < kIntervalsForPeriod) return period_;
+  return std::max(Nanoseconds(1), Nanoseconds(std::llround(typical_interval_s() * 1e9)));
 }
 
 FrameClock::Nanoseconds FrameClock::repair(Nanoseconds at) {

@@ -33,6 +33,7 @@ class FrameClock {
   std::optional<double> observed_rate_hz() const;
 
  private:
+  Nanoseconds period() const;
   Nanoseconds repair(Nanoseconds at);
   Nanoseconds accept(Nanoseconds at);
   void note_interval(Nanoseconds interval);

@@ -43,6 +43,7 @@ int noise(int frame, int u, int v) {
 
 ClipSpec noisy_clip(const std::filesystem::path& path, const char* encoder) {
   ClipSpec spec{.path = path, .encoder = encoder, .width_px = 96, .height_px = 80, .frames = 50};
+  if (spec.encoder == "ffv1") spec.encoder_options = {{"level", "3"}, {"slicecrc", "1"}};
   if (spec.encoder == "mjpeg") spec.pixel_format = "yuvj420p";
   if (spec.path.extension() == ".mp4") spec.muxer_options = {{"movflags", "+faststart"}};
   write_clip(spec, test::luma_painter(noise));

@@ -79,7 +79,8 @@ TEST(ClipTime, AnOverrideReplacesEveryStamp) {
 
 TEST(ClipTime, BackwardRepeatedAndWildStampsAreRepairedCountedAndTold) {
   const TemporaryFolder folder;
-  ClipSpec spec{.path = folder.path() / "stamps.mkv", .frames = 30};
+  ClipSpec spec{.path = folder.path() / "stamps.mkv", .width_px = 16, .height_px = 8, .frames = 30};
+  spec.keyframe_interval = 1;
   for (int k = 0; k < 30; ++k) spec.stamps_ms.push_back(40 * k);
   write_clip(spec, test::index_painter());
   restamp(spec.path, 400, 100);    // backward
@@ -108,10 +109,9 @@ TEST(ClipTime, ARateThatTheStampsContradictIsTold) {
   std::string bytes = test::bytes_of(spec.path);
   const std::size_t at = bytes.find("\x23\xe3\x83\x84");  // DefaultDuration, in nanoseconds
   ASSERT_NE(at, std::string::npos);
-  const auto length =
-      static_cast<std::size_t>(static_cast<unsigned char>(bytes[at + 3 + 1]) & 0x7f);
+  const auto length = static_cast<std::size_t>(static_cast<unsigned char>(bytes[at + 3]) & 0x7f);
   for (std::size_t i = 0; i < length; ++i)
-    bytes[at + 5 + i] = static_cast<char>(40'000'000 >> (8 * (length - 1 - i)));
+    bytes[at + 4 + i] = static_cast<char>(40'000'000 >> (8 * (length - 1 - i)));
   test::write_bytes(spec.path, bytes);
   ClipSource source(spec.path);
   EXPECT_NEAR(source.info().nominal_frame_rate_hz, 25.0, 0.01);

@@ -20,12 +20,12 @@ struct ClipSpec {
   int height_px = 48;
   int frames = 30;
   int rate_hz = 25;
-  std::vector<std::int64_t> stamps_ms;  ///< one per frame; empty: steady at rate_hz
+  std::vector<std::int64_t> stamps_ms = {};  ///< one per frame; empty: steady at rate_hz
   int rotate_clockwise_deg = 0;
   bool full_range = false;
   bool state_range = true;  ///< false: the clip does not say which range it is in
   int keyframe_interval = 10;
-  std::map<std::string, std::string> encoder_options, muxer_options;
+  std::map<std::string, std::string> encoder_options = {}, muxer_options = {};
 };
 
 /// Fills a writable picture; called once per frame in order.
