@@ -17,6 +17,7 @@ namespace {
 constexpr double kLeastAlone_s = 0.3;
 constexpr double kMargin_s = 5.0;  // of the trace kept before and after a vehicle is in view
 constexpr std::size_t kPlotPoints = 200;
+constexpr double kForever = std::numeric_limits<double>::infinity();
 
 double process_cpu_s() {
   timespec now{};
@@ -86,14 +87,20 @@ class Measuring {
     }
   }
 
-  /// Measures the tracks that have ended. With photodiodes they wait for finish(): until then it
-  /// is not known which other vehicles shone on them at the same time.
-  void measure_ready() {
-    if (traces_.empty()) finish();
-  }
-  void finish() {
-    for (const VehicleTrack& track : waiting_) measure(track);
-    waiting_.clear();
+  /// Measures the tracks that ended before `live_since_s`, the first sighting of the oldest vehicle
+  /// still followed: none of those can shine on a photodiode at the same time. Without photodiodes
+  /// none has to wait.
+  void measure_before(double live_since_s) {
+    const auto ready = std::stable_partition(
+        waiting_.begin(), waiting_.end(), [&](const VehicleTrack& track) {
+          return !traces_.empty() && interval_of(track).to_s >= live_since_s;
+        });
+    std::for_each(ready, waiting_.end(), [&](const VehicleTrack& track) { measure(track); });
+    waiting_.erase(ready, waiting_.end());
+    double needed_since_s = live_since_s;
+    for (const VehicleTrack& track : waiting_)
+      needed_since_s = std::min(needed_since_s, interval_of(track).from_s);
+    std::erase_if(lit_, [&](const Lit& lit) { return lit.interval.to_s < needed_since_s; });
   }
 
  private:
@@ -145,7 +152,6 @@ std::optional<PowerTrace> alone_on_trace(const PowerTrace& trace, double time_of
   std::vector<ClipInterval> busy(others.begin(), others.end());
   std::sort(busy.begin(), busy.end(),
             [](const ClipInterval& a, const ClipInterval& b) { return a.from_s < b.from_s; });
-  constexpr double kForever = std::numeric_limits<double>::infinity();
   ClipInterval best{0.0, 0.0};
   double best_own_s = kLeastAlone_s;
   double free_from_s = -kForever;
@@ -198,7 +204,8 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
     timer.charge("track");
     if (!ended.empty()) {
       measuring.take(std::move(ended));
-      measuring.measure_ready();
+      const auto live_since = tracker.live_since();
+      measuring.measure_before(live_since ? seconds_of(*live_since) : kForever);
       timer.charge("estimate");
     }
     if (blobs != nullptr) {
@@ -209,7 +216,7 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
   }
   timer.charge("decode");
   measuring.take(tracker.finish());
-  measuring.finish();
+  measuring.measure_before(kForever);
   timer.charge("estimate");
 
   measurement.info = clip.info();

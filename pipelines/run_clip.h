@@ -37,7 +37,7 @@ struct ClipMeasurement {
 };
 
 /// Reads the clip once: finds lamps, follows vehicles, measures each as soon as its track has ended
-/// (with a photodiode: at the end of the clip).
+/// (with photodiodes: as soon as no vehicle that was in view with it is still followed).
 ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const Site& site,
                              std::span<const PowerTrace> traces, TracksWriter& tracks,
                              BlobsWriter* blobs);

@@ -7,6 +7,9 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
 namespace vildar {
 namespace {
 
