@@ -1,0 +1,107 @@
+#include "config/site_camera.h"
+
+#include <algorithm>
+
+#include "config/site_words.h"
+#include "core/quantity.h"
+#include "core/text.h"
+
+namespace vildar {
+namespace {
+
+constexpr NumberRule kPixels{1.0, 100'000.0, false, false};
+
+void read_distortion(const YamlMap& map, CameraSite& camera) {
+  const auto item = map.find("distortion");
+  if (!item) return;
+  if (item->is_scalar()) {  // `distortion: none`
+    if (item->get(camera.distortion, kDistortionWords) &&
+        camera.distortion != DistortionModel::none)
+      item->problem("has no coefficients", "write {model: ..., coefficients: [...]}");
+    return;
+  }
+  const auto distortion = item->map();
+  if (!distortion) return;
+  if (!distortion->require("model", camera.distortion, kDistortionWords)) {
+    distortion->find("coefficients");  // nothing can be said of them
+    return;
+  }
+  std::vector<double> coefficients;
+  const std::size_t wanted = coefficient_count(camera.distortion);
+  if (wanted == 0) {
+    distortion->refuse("coefficients", "the model none takes no coefficients",
+                       "remove them, or name the model brown or fisheye");
+    return;
+  }
+  if (!distortion->require("coefficients", coefficients)) return;
+  if (coefficients.size() != wanted) {
+    distortion->problem(
+        "coefficients",
+        "has " + std::to_string(coefficients.size()) + " values, the model takes " +
+            std::to_string(wanted),
+        wanted == 5 ? "give k1, k2, p1, p2, k3 (0 where not fitted)" : "give k1, k2, k3, k4");
+    return;
+  }
+  std::copy(coefficients.begin(), coefficients.end(), camera.distortion_coefficients.begin());
+}
+
+void read_response(const YamlMap& map, CameraSite& camera) {
+  const auto response = map.map("response");
+  if (!response) return;
+  if (!response->require("kind", camera.response, kResponseWords)) {
+    response->find("exponent");  // nothing can be said of these
+    response->find("values");
+    return;
+  }
+  if (camera.response == ResponseKind::gamma)
+    response->require("exponent", camera.response_exponent, kPositive);
+  else
+    response->refuse("exponent", "belongs to kind gamma alone", "remove it");
+  if (camera.response != ResponseKind::table) {
+    response->refuse("values", "belong to kind table alone", "remove them");
+    return;
+  }
+  const auto values = response->find_required("values");
+  if (!values || !values->get(camera.response_table, kNotNegative)) return;
+  const std::vector<double>& table = camera.response_table;
+  if (table.size() != kResponseTableSize) {
+    values->problem("has " + std::to_string(table.size()) + " values",
+                    "give 256, the linear light of each code from 0 to 255");
+    return;
+  }
+  const auto fall = std::adjacent_find(table.begin(), table.end(),
+                                       [](double low, double high) { return !(high > low); });
+  if (fall != table.end())
+    values->problem("value " + std::to_string(fall - table.begin() + 1) + " (" +
+                        number_text(*(fall + 1)) + ") is not above the one before it (" +
+                        number_text(*fall) + ")",
+                    "must increase from code to code");
+}
+
+}  // namespace
+
+CameraSite read_camera(const YamlMap& map) {
+  CameraSite camera;
+  std::array<int, 2> size_px{};
+  map.require("image_size_px", size_px, kPixels);
+  camera.width_px = size_px[0];
+  camera.height_px = size_px[1];
+  map.require("focal_px", camera.focal_px, kPositive);
+  map.require("principal_px", camera.principal_px);
+  read_distortion(map, camera);
+  map.require("position_m", camera.position_m);
+  // An angle left out is unknown, not zero: a level camera looking up-road, give or take this much.
+  camera.yaw_rad = camera.pitch_rad = {0.0, radians_from_degrees(5.0)};
+  camera.roll_rad = {0.0, radians_from_degrees(2.0)};
+  map.read_degrees("yaw_deg", camera.yaw_rad);
+  map.read_degrees("pitch_deg", camera.pitch_rad, kPitch_deg);
+  map.read_degrees("roll_deg", camera.roll_rad);
+  map.read("exposure_s", camera.exposure_s, kPositive);
+  map.read("rolling_shutter_s", camera.rolling_shutter_s, kNotNegative);
+  read_response(map, camera);
+  map.read("gain_db", camera.gain_db);
+  map.read("path_loss_exponent", camera.path_loss_exponent, kPositive);
+  return camera;
+}
+
+}  // namespace vildar
