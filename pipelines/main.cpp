@@ -35,6 +35,7 @@ int main(int argc, char** argv) {
   int exit_code = 0;
   vildar::add_run(program, exit_code);
   vildar::add_render(program, exit_code);
+  vildar::add_evaluate(program, exit_code);
 
   std::signal(SIGINT, vildar::request_interrupt);
   std::signal(SIGTERM, vildar::request_interrupt);

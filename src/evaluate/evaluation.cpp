@@ -1,0 +1,187 @@
+#include "evaluate/evaluation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "evaluate/matching.h"
+
+namespace vildar {
+namespace {
+
+using Outcome = VehicleScore::Outcome;
+
+struct SquareSum {
+  double sum = 0.0;
+  std::size_t count = 0;
+  void add(double value) {
+    sum += value * value;
+    ++count;
+  }
+  std::optional<double> rms() const {
+    if (count == 0) return std::nullopt;
+    return std::sqrt(sum / static_cast<double>(count));
+  }
+};
+
+void compare_places(const TruthVehicle& truth, const RunVehicle& run,
+                    const Eigen::Vector2d& camera_xy_m, SquareSum& azimuth_rad,
+                    SquareSum& range_m) {
+  std::map<std::int64_t, const TruthSighting*> by_frame;
+  for (const TruthSighting& sighting : truth.sightings) by_frame.emplace(sighting.frame, &sighting);
+  for (const RunSighting& sighting : run.sightings) {
+    const auto found = by_frame.find(sighting.frame);
+    if (found == by_frame.end()) continue;
+    const TruthSighting& there = *found->second;
+    if (sighting.azimuth_rad && there.x_m && there.y_m) {
+      const double true_rad =
+          std::atan2(*there.y_m - camera_xy_m.y(), *there.x_m - camera_xy_m.x());
+      azimuth_rad.add(std::remainder(*sighting.azimuth_rad - true_rad, 2.0 * std::acos(-1.0)));
+    }
+    if (sighting.range_m && there.range_m) range_m.add(*sighting.range_m - *there.range_m);
+  }
+}
+
+bool in_view(const TruthVehicle& vehicle, bool truth_has_pixels) {
+  if (!truth_has_pixels) return !vehicle.sightings.empty();
+  return std::ranges::any_of(vehicle.sightings,
+                             [](const TruthSighting& sighting) { return sighting.visible(); });
+}
+
+bool has_pixels(const std::vector<TruthVehicle>& truth) {
+  return std::ranges::any_of(truth, [](const TruthVehicle& vehicle) {
+    return std::ranges::any_of(vehicle.sightings,
+                               [](const TruthSighting& sighting) { return sighting.lamps.any(); });
+  });
+}
+
+VehicleScore score_of(const TruthVehicle& truth, const RunVehicle& run) {
+  VehicleScore score;
+  score.vehicle_id = truth.id;
+  score.lane = truth.lane;
+  score.track_id = run.track_id;
+  score.withheld = run.outcome.withheld;
+  score.stated = run.outcome.speed;
+  score.outcome = score.stated ? Outcome::measured : Outcome::withheld;
+  if (score.stated) score.true_mps = truth.speed_at(score.stated->t_ref_s);
+  score.wrong_direction =
+      !truth.direction.empty() && !run.direction.empty() && truth.direction != run.direction;
+  return score;
+}
+
+void score_methods(const RunVehicle& run, const TruthVehicle* truth,
+                   std::map<std::string, MethodScore>& methods,
+                   std::map<std::string, std::vector<SpeedPair>>& pairs) {
+  for (const StatedMethod& stated : run.methods) {
+    MethodScore& score = methods[stated.method];
+    const std::optional<StatedSpeed>& speed = stated.outcome.speed;
+    if (truth == nullptr) {
+      if (speed) ++score.false_speeds;
+    } else if (!speed) {
+      ++score.withheld[stated.outcome.withheld];
+    } else {
+      ++score.measured;
+      if (const auto true_mps = truth->speed_at(speed->t_ref_s))
+        pairs[stated.method].push_back({*speed, *true_mps});
+    }
+  }
+}
+
+void count(Evaluation& result) {
+  std::vector<SpeedPair> pairs;
+  for (const VehicleScore& score : result.vehicles) {
+    switch (score.outcome) {
+      case Outcome::measured:
+        ++result.in_view, ++result.matched, ++result.measured;
+        if (!score.true_mps) ++result.without_truth;
+        break;
+      case Outcome::withheld:
+        ++result.in_view, ++result.matched, ++result.withheld[score.withheld];
+        break;
+      case Outcome::missed: ++result.in_view, ++result.missed; break;
+      case Outcome::not_in_view: ++result.not_in_view; break;
+      case Outcome::duplicate: ++result.false_speeds, ++result.duplicates; break;
+      case Outcome::false_speed: ++result.false_speeds; break;
+    }
+    result.wrong_direction += score.wrong_direction;
+    if (score.outcome == Outcome::measured)
+      if (const auto pair = score.pair()) pairs.push_back(*pair);
+  }
+  result.speed = speed_statistics(pairs);
+}
+
+}  // namespace
+
+std::optional<SpeedPair> VehicleScore::pair() const {
+  if (!stated || !true_mps) return std::nullopt;
+  return SpeedPair{*stated, *true_mps};
+}
+
+Evaluation evaluate(const std::vector<TruthVehicle>& truth, const RunFolder& run,
+                    const EvaluateOptions& options) {
+  Evaluation result;
+  result.notes = run.notes;
+  const Matching matching = match(truth, run.vehicles);
+  result.matched_by_image = matching.by_image;
+  const bool truth_has_pixels = has_pixels(truth);
+
+  SquareSum azimuth_rad, range_m;
+  std::map<std::string, std::vector<SpeedPair>> method_pairs;
+  std::vector<const TruthVehicle*> truth_of_run(run.vehicles.size(), nullptr);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    if (!matching.run_of_truth[i]) {
+      VehicleScore& score = result.vehicles.emplace_back();
+      score.vehicle_id = truth[i].id;
+      score.lane = truth[i].lane;
+      score.outcome = in_view(truth[i], truth_has_pixels) ? Outcome::missed : Outcome::not_in_view;
+      continue;
+    }
+    const RunVehicle& vehicle = run.vehicles[*matching.run_of_truth[i]];
+    truth_of_run[*matching.run_of_truth[i]] = &truth[i];
+    VehicleScore& score = result.vehicles.emplace_back(score_of(truth[i], vehicle));
+    SquareSum own_azimuth_rad, own_range_m;
+    compare_places(truth[i], vehicle, options.camera_xy_m, own_azimuth_rad, own_range_m);
+    score.azimuth_rms_rad = own_azimuth_rad.rms();
+    score.range_rms_m = own_range_m.rms();
+    compare_places(truth[i], vehicle, options.camera_xy_m, azimuth_rad, range_m);
+  }
+  for (std::size_t j = 0; j < run.vehicles.size(); ++j) {
+    const RunVehicle& vehicle = run.vehicles[j];
+    score_methods(vehicle, truth_of_run[j], result.methods, method_pairs);
+    if (truth_of_run[j] != nullptr || !vehicle.outcome.speed) continue;
+    VehicleScore& score = result.vehicles.emplace_back();
+    score.track_id = vehicle.track_id;
+    score.stated = vehicle.outcome.speed;
+    score.outcome = Outcome::false_speed;
+    if (const auto of = matching.duplicate_of[j]) {
+      score.outcome = Outcome::duplicate;
+      score.vehicle_id = truth[*of].id;
+      score.lane = truth[*of].lane;
+      score.true_mps = truth[*of].speed_at(vehicle.outcome.speed->t_ref_s);
+    }
+  }
+  count(result);
+  for (auto& [name, score] : result.methods) score.speed = speed_statistics(method_pairs[name]);
+  result.azimuth_rms_rad = azimuth_rad.rms();
+  result.range_rms_m = range_m.rms();
+  if (matching.by_image || (truth_has_pixels && run.vehicles.empty()))
+    result.tracking = tracking_scores(tracking_frames(truth, run.vehicles));
+  if (result.without_truth > 0)
+    result.notes.push_back(std::to_string(result.without_truth) +
+                           " measured speeds hold at a time that truth does not reach");
+  return result;
+}
+
+std::string_view name_of(VehicleScore::Outcome outcome) {
+  switch (outcome) {
+    case Outcome::measured: return "measured";
+    case Outcome::withheld: return "withheld";
+    case Outcome::missed: return "missed";
+    case Outcome::not_in_view: return "not_in_view";
+    case Outcome::false_speed: return "false";
+    case Outcome::duplicate: return "duplicate";
+  }
+  return "unknown";
+}
+
+}  // namespace vildar

@@ -1,0 +1,182 @@
+#include "evaluate/matching.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/assignment.h"
+
+namespace vildar {
+namespace {
+
+constexpr double kSmallestScale_px = 10.0;
+constexpr double kSameVehicle = 0.5;
+
+Eigen::Vector2d middle_px(const LampPixels& lamps) {
+  if (lamps.left_px && lamps.right_px) return 0.5 * (*lamps.left_px + *lamps.right_px);
+  return lamps.left_px ? *lamps.left_px : *lamps.right_px;
+}
+
+double distance_px(const LampPixels& truth, const LampPixels& run) {
+  const bool run_saw_one = !run.left_px || !run.right_px;
+  if (!run_saw_one || !truth.left_px || !truth.right_px)
+    return (middle_px(truth) - middle_px(run)).norm();
+  return std::min((*truth.left_px - middle_px(run)).norm(),
+                  (*truth.right_px - middle_px(run)).norm());
+}
+
+// Scores of pairs that may be matched; 0 for those that may not.
+using Scores = Eigen::MatrixXd;
+
+Scores image_scores(std::span<const TruthVehicle> truth, std::span<const RunVehicle> run) {
+  Scores scores = Scores::Zero(std::ssize(truth), std::ssize(run));
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    std::map<std::int64_t, const LampPixels*> visible;
+    for (const TruthSighting& sighting : truth[i].sightings)
+      if (sighting.visible()) visible.emplace(sighting.frame, &sighting.lamps);
+    for (std::size_t j = 0; j < run.size(); ++j) {
+      std::size_t common = 0, seen = 0;
+      double sum = 0.0;
+      for (const RunSighting& sighting : run[j].sightings) {
+        if (!sighting.lamps.any()) continue;
+        ++seen;
+        const auto found = visible.find(sighting.frame);
+        if (found == visible.end()) continue;
+        ++common;
+        sum += lamp_similarity(*found->second, sighting.lamps);
+      }
+      const bool enough = common > 0 && 2 * common >= std::min(seen, visible.size());
+      if (enough && sum >= kSameVehicle * static_cast<double>(common)) scores(i, j) = sum;
+    }
+  }
+  return scores;
+}
+
+bool has_pixels(const RunVehicle& vehicle) {
+  return std::ranges::any_of(vehicle.sightings, [](const RunSighting& s) { return s.lamps.any(); });
+}
+
+bool has_pixels(const TruthVehicle& vehicle) {
+  return std::ranges::any_of(vehicle.sightings,
+                             [](const TruthSighting& s) { return s.lamps.any(); });
+}
+
+double time_score(const TruthVehicle& truth, const RunVehicle& run) {
+  constexpr double kNearest_m = 5.0;  // below this the range says little about who it is
+  if (truth.sightings.empty()) return 0.0;
+  const double from_s = std::max(truth.sightings.front().t_s, run.t_first_s);
+  const double to_s = std::min(truth.sightings.back().t_s, run.t_last_s);
+  if (to_s < from_s) return 0.0;
+  const double duration_s = run.t_last_s - run.t_first_s;
+  const double share = duration_s > 0.0 ? (to_s - from_s) / duration_s : 1.0;
+  if (share < 0.5) return 0.0;
+  if (!run.range_ref_m || !run.outcome.speed) return share;
+  const auto true_m = truth.range_at(run.outcome.speed->t_ref_s);
+  if (!true_m) return share;
+  const double off_m = std::abs(*true_m - *run.range_ref_m);
+  return share / (1.0 + off_m / std::max(kNearest_m, std::abs(*true_m)));
+}
+
+Scores time_scores(std::span<const TruthVehicle> truth, std::span<const RunVehicle> run,
+                   const Matching& so_far, bool all) {
+  Scores scores = Scores::Zero(std::ssize(truth), std::ssize(run));
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    for (std::size_t j = 0; j < run.size(); ++j)
+      if (!so_far.run_of_truth[i] && (all || !has_pixels(run[j])))
+        scores(i, j) = time_score(truth[i], run[j]);
+  return scores;
+}
+
+std::vector<AssignedPair> best_pairs(const Eigen::MatrixXd& score) {
+  std::vector<double> cost;
+  for (Eigen::Index i = 0; i < score.rows(); ++i)
+    for (Eigen::Index j = 0; j < score.cols(); ++j) cost.push_back(-score(i, j));
+  std::vector<AssignedPair> pairs = assign(cost, score.rows(), score.cols());
+  std::erase_if(pairs, [&](const AssignedPair& p) { return score(p.row, p.column) <= 0.0; });
+  return pairs;
+}
+
+void take(const Scores& scores, Matching& matching) {
+  std::vector<bool> taken(matching.duplicate_of.size());
+  for (const AssignedPair& pair : best_pairs(scores)) {
+    matching.run_of_truth[pair.row] = pair.column;
+    taken[pair.column] = true;
+  }
+  for (std::size_t j = 0; j < taken.size(); ++j) {
+    if (taken[j] || scores.rows() == 0) continue;
+    Eigen::Index nearest = 0;
+    if (scores.col(j).maxCoeff(&nearest) > 0.0) matching.duplicate_of[j] = nearest;
+  }
+}
+
+struct SeenInFrame {
+  std::vector<std::pair<int, const TruthSighting*>> truth;
+  std::vector<std::pair<int, const RunSighting*>> run;
+};
+
+TrackingFrame scored(const SeenInFrame& seen) {
+  Eigen::MatrixXd similarity(std::ssize(seen.truth), std::ssize(seen.run));
+  for (Eigen::Index i = 0; i < similarity.rows(); ++i)
+    for (Eigen::Index j = 0; j < similarity.cols(); ++j)
+      similarity(i, j) = lamp_similarity(seen.truth[i].second->lamps, seen.run[j].second->lamps);
+  const Eigen::MatrixXd same =
+      (similarity.array() < kSameVehicle)
+          .select(Eigen::MatrixXd::Zero(similarity.rows(), similarity.cols()), similarity);
+  std::vector<bool> ignored(seen.run.size());
+  for (const AssignedPair& pair : best_pairs(same))
+    if (seen.truth[pair.row].second->occluded) ignored[pair.column] = true;
+  TrackingFrame frame;
+  std::vector<Eigen::Index> rows, columns;
+  for (std::size_t i = 0; i < seen.truth.size(); ++i) {
+    if (seen.truth[i].second->occluded) continue;
+    rows.push_back(i);
+    frame.truth_ids.push_back(seen.truth[i].first);
+  }
+  for (std::size_t j = 0; j < seen.run.size(); ++j) {
+    if (ignored[j]) continue;
+    columns.push_back(j);
+    frame.run_ids.push_back(seen.run[j].first);
+  }
+  frame.similarity = similarity(rows, columns);
+  return frame;
+}
+
+}  // namespace
+
+double lamp_similarity(const LampPixels& truth, const LampPixels& run) {
+  if (!truth.any() || !run.any()) return 0.0;
+  double scale_px = kSmallestScale_px;
+  if (truth.left_px && truth.right_px)
+    scale_px = std::max(scale_px, (*truth.right_px - *truth.left_px).norm());
+  return 1.0 - std::min(1.0, distance_px(truth, run) / scale_px);
+}
+
+Matching match(std::span<const TruthVehicle> truth, std::span<const RunVehicle> run) {
+  Matching matching;
+  matching.run_of_truth.resize(truth.size());
+  matching.duplicate_of.resize(run.size());
+  matching.by_image =
+      std::ranges::any_of(truth, [](const TruthVehicle& v) { return has_pixels(v); }) &&
+      std::ranges::any_of(run, [](const RunVehicle& v) { return has_pixels(v); });
+  if (matching.by_image) take(image_scores(truth, run), matching);
+  take(time_scores(truth, run, matching, !matching.by_image), matching);
+  return matching;
+}
+
+std::vector<TrackingFrame> tracking_frames(std::span<const TruthVehicle> truth,
+                                           std::span<const RunVehicle> run) {
+  std::map<std::int64_t, SeenInFrame> frames;
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    for (const TruthSighting& sighting : truth[i].sightings)
+      if (sighting.lamps.any())
+        frames[sighting.frame].truth.emplace_back(static_cast<int>(i), &sighting);
+  for (std::size_t j = 0; j < run.size(); ++j)
+    for (const RunSighting& sighting : run[j].sightings)
+      if (sighting.lamps.any())
+        frames[sighting.frame].run.emplace_back(static_cast<int>(j), &sighting);
+  std::vector<TrackingFrame> result;
+  for (const auto& [number, seen] : frames) result.push_back(scored(seen));
+  return result;
+}
+
+}  // namespace vildar
