@@ -42,6 +42,7 @@ std::string drawable(std::string_view text) {
     if (pair == "+-" || pair == "\xC2\xB1") {
       result += '\x01';
       ++i;
+      if (i + 1 < text.size() && text[i + 1] != ' ') result += ' ';
     } else {
       const auto letter = static_cast<unsigned char>(text[i]);
       result += letter >= 0x20 && letter < 0x7f ? text[i] : '?';
@@ -216,8 +217,8 @@ void draw_vehicles(cv::Mat& canvas, double scale, std::span<const AnnotationBox>
     const cv::Rect2d outline = vehicle_outline(box);
     const cv::Rect2d on_screen(on_canvas(outline.x, scale), on_canvas(outline.y, scale),
                                outline.width * scale, outline.height * scale);
-    const std::string text =
-        drawable(box.label.empty() ? "#" + std::to_string(box.track_id) : box.label);
+    const std::string text = drawable(
+        box.label.empty() ? std::string("#").append(std::to_string(box.track_id)) : box.label);
     taken.push_back(free_place(canvas, on_screen, lettering.plate(text), taken));
     lettering.put(canvas, text, taken.back(), colour_of(box.direction));
   }

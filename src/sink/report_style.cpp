@@ -72,7 +72,9 @@ table.cards td::before{content:attr(data-label);color:var(--soft);font-weight:40
 @media print{
 :root{--ink:#000;--soft:#444;--line:#ccc;--paper:#fff;--panel:#fff;--accent:#1f5fa8;--oncoming:#c76a00;--receding:#2f7fc4;
 --warn:#000;--warn-panel:#fff;--warn-line:#888}
-body{font-size:11px}main{max-width:none;padding:0}table{font-size:10.5px}
+body{font-size:10.5px}main{max-width:none;padding:0}h1{font-size:19px}h2{font-size:14px;margin:20px 0 6px}.warnings h2{font-size:12px}
+table{font-size:9.5px}th{font-size:9px}th,td{padding-right:7px}td.short{white-space:normal}td.words{min-width:9em}
+.tiles b{font-size:14px}.tiles span,.withheld-tag,code,pre{font-size:9px}.tiles li{flex-basis:80px;padding:6px 9px}svg.strip{width:110px}
 tr,figure,.tiles li{break-inside:avoid}h2,summary{break-after:avoid}.scroll{overflow:visible}
 .plots{grid-template-columns:repeat(2,1fr)}
 }

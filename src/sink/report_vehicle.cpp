@@ -36,6 +36,11 @@ std::string k_words(const std::string& k_source) {
   return escaped(k_source);
 }
 
+void append_sentence(std::string& text, const std::string& sentence) {
+  if (!text.empty()) text += ' ';
+  text += sentence;
+}
+
 std::string method_rows(const VehicleResult& vehicle) {
   const Scale scale = common_scale(vehicle);
   std::string html;
@@ -56,8 +61,8 @@ std::string method_rows(const VehicleResult& vehicle) {
     std::string note =
         speed ? "" : std::string(escaped(sentence_for(std::get<Miss>(result.speed))));
     if (!result.k_source.empty())
-      note += (note.empty() ? "" : " ") + ("Channel gain " + k_words(result.k_source) + ".");
-    if (reported) note += note.empty() ? "Reported." : " Reported.";
+      append_sentence(note, std::string("Channel gain ").append(k_words(result.k_source)) + ".");
+    if (reported) append_sentence(note, "Reported.");
     html += table_cell("", "words", note) + "</tr>";
   }
   return html;
