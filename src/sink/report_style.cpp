@@ -60,7 +60,7 @@ code{font:12.5px ui-monospace,SFMono-Regular,Menlo,Consolas,monospace;overflow-w
 .columns{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,260px),1fr));gap:8px 32px}
 h3{font-size:14px;margin:10px 0 2px}
 footer{margin-top:40px;border-top:1px solid var(--line);padding-top:12px;color:var(--soft);font-size:13px}
-@media (max-width:760px){
+@media screen and (max-width:760px){
 main{padding:18px 14px 36px}h1{font-size:21px}
 table.cards,table.cards tbody{display:block}
 table.cards thead{display:none}
