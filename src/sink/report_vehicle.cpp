@@ -79,6 +79,14 @@ std::vector<double> scaled(const std::vector<double>& values, double factor) {
   return result;
 }
 
+// 1 where nothing positive is there.
+double largest(const std::vector<double>& values) {
+  double most = 0.0;
+  for (const double value : values)
+    if (std::isfinite(value)) most = std::max(most, value);
+  return most > 0.0 ? most : 1.0;
+}
+
 std::string plots_of(const VehicleResult& vehicle, const TrackPlot& plot) {
   std::optional<PlotMark> range_mark, speed_mark;
   if (!vehicle.withheld) {
@@ -95,7 +103,11 @@ std::string plots_of(const VehicleResult& vehicle, const TrackPlot& plot) {
                                    scaled(plot.azimuth_rad, degrees_from_radians(1.0)),
                                    {},
                                    false}) +
-                           figure({"light received, relative", plot.t_s, plot.intensity, {}, true});
+                           figure({"light received, % of its most",
+                                   plot.t_s,
+                                   scaled(plot.intensity, 100.0 / largest(plot.intensity)),
+                                   {},
+                                   true});
   return html.empty() ? "" : "<div class=\"plots\">" + html + "</div>";
 }
 
@@ -109,7 +121,9 @@ std::string facts_of(const VehicleResult& vehicle) {
     facts.push_back(fixed_text(std::abs(*vehicle.lateral_m), 1) + " m to the " +
                     (*vehicle.lateral_m < 0.0 ? "right" : "left") + " of the sensor's line");
   if (!vehicle.withheld && vehicle.acceleration_mps2)
-    facts.push_back("acceleration " + fixed_text(*vehicle.acceleration_mps2, 2) + " m/s²");
+    facts.push_back("acceleration " +
+                    // Rounded first, so that no "-0.0" is shown.
+                    fixed_text(std::round(*vehicle.acceleration_mps2 * 10.0) / 10.0 + 0.0, 1) + " m/s²");
   if (!vehicle.withheld && vehicle.closing_speed_mps)
     facts.push_back("relative to the sensor " +
                     fixed_text(kmh_from_mps(*vehicle.closing_speed_mps), 1) + " km/h");
