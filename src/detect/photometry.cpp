@@ -5,6 +5,7 @@
 
 #include "core/quantity.h"
 #include "detect/kind.h"
+#include "detect/rim_fit.h"
 
 namespace vildar {
 namespace {
@@ -156,6 +157,9 @@ void Photometer::refine_centre(const LumaView& luma, const LightScale& scale, co
                            : light.background;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     const Eigen::Vector2d s = light.spread_px;
+    // Wide lights come near their centre on a coarser grid; the last iterations see every pixel.
+    const bool coarse = iteration < kIterations - 2;
+    const int step = coarse ? 1 + static_cast<int>(s.minCoeff() / 5.0) : 1;
     const Range range_u(light.centre_px.x(), kWindowSpreads * s.x(), luma.width_px);
     const Range range_v(light.centre_px.y(), kWindowSpreads * s.y(), luma.height_px);
     weight_u_.clear();
@@ -166,10 +170,10 @@ void Photometer::refine_centre(const LumaView& luma, const LightScale& scale, co
     double sum = 0.0;
     Eigen::Vector2d first = Eigen::Vector2d::Zero(), second = Eigen::Vector2d::Zero();
     variance.setZero();
-    for (int v = range_v.from; v <= range_v.to; ++v) {
+    for (int v = range_v.from; v <= range_v.to; v += step) {
       const double dv = v - light.centre_px.y();
       const double weight_v = std::exp(-0.5 * dv * dv / (s.y() * s.y()));
-      for (int u = range_u.from; u <= range_u.to; ++u) {
+      for (int u = range_u.from; u <= range_u.to; u += step) {
         const Eigen::Vector2d offset(u - light.centre_px.x(), dv);
         if (!neighbours_.empty() && beyond(offset, true)) continue;
         const int code = std::min(luma.code(u, v), scale.clip_code);
@@ -196,7 +200,7 @@ void Photometer::refine_centre(const LumaView& luma, const LightScale& scale, co
     light.centre_px += move;
     light.spread_px =
         windowed.cwiseProduct(gain).cwiseSqrt().cwiseMax(kLeastSpread_px).cwiseMin(most_spread);
-    if (move.cwiseAbs().maxCoeff() < 1e-3 && iteration >= 3) break;
+    if (step == 1 && move.cwiseAbs().maxCoeff() < 1e-3 && iteration >= 3) break;
   }
   const double shape_sigma_px = shape_sigma(peak);
   for (int axis = 0; axis < 2; ++axis) {
@@ -271,6 +275,16 @@ const std::vector<Measured>& Photometer::measure(const LumaView& luma, const Pea
     find_neighbours(i);
     Measured light = lights_[i];
     refine_centre(luma, scale, peaks[i], light);
+    if (peaks[i].eroded_px > 0) {
+      // The deepest part of its plateau, where the first guess lies, is inside its own disc.
+      hidden_.clear();
+      for (const Neighbour& neighbour : neighbours_) hidden_.push_back(neighbour.towards);
+      const auto circle = fit_rim(luma, scale.clip_code, lights_[i].centre_px, hidden_);
+      if (circle) {
+        light.centre_px = circle->centre_px;
+        light.centre_sigma_px.setConstant(std::hypot(kFloorClipped_px, circle->centre_sigma_px));
+      }
+    }
     find_background(luma, scale, light);
     sum_flux(luma, scale, light);
     lights_[i] = light;

@@ -54,6 +54,7 @@ class Photometer {
 
   std::vector<Measured> lights_;
   std::vector<Neighbour> neighbours_;
+  std::vector<Eigen::Vector2d> hidden_;
   std::vector<int> ring_;
   std::vector<double> weight_u_;
 };

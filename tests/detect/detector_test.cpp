@@ -162,7 +162,7 @@ TEST(Detector, LampsJoinedByGlareOrBlooming) {
       EXPECT_TRUE(has(blob.defects, Defect::saturated));
       EXPECT_LT(std::abs(blob.centre_px.x() - u), 3.0 * blob.centre_sigma_px.x());
       EXPECT_LT(std::abs(blob.centre_px.y() - v), 3.0 * blob.centre_sigma_px.y());
-      EXPECT_LT(blob.centre_sigma_px.maxCoeff(), std::max(0.5, 0.15 * pair.radius_px));
+      EXPECT_LT(blob.centre_sigma_px.maxCoeff(), 0.5);
     }
   }
 }

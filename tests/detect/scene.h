@@ -27,8 +27,11 @@ class Picture {
       return 0.5 *
              (std::erf((pixel + 0.5 - centre) * scale) - std::erf((pixel - 0.5 - centre) * scale));
     };
+    std::vector<double> part_u, part_v;
+    for (int x = 0; x < width_px_; ++x) part_u.push_back(part(x, u));
+    for (int y = 0; y < height_px_; ++y) part_v.push_back(part(y, v));
     for (int y = 0; y < height_px_; ++y)
-      for (int x = 0; x < width_px_; ++x) at(x, y) += flux * part(x, u) * part(y, v);
+      for (int x = 0; x < width_px_; ++x) at(x, y) += flux * part_u[x] * part_v[y];
   }
 
   /// Disc of uniform light, its rim anti-aliased by 8 x 8 samples.
