@@ -28,7 +28,7 @@ bool opposed(LampKind a, LampKind b) {
 std::vector<Link> links_within_gate(const Lamps& lamps, const std::vector<Spot>& spots,
                                     double gate_chi2) {
   constexpr int kSettled = 3;
-  constexpr double kFluxSigmaLn = 0.8, kMostFluxCost = 6.0, kUnknownKindCost = 2.0;
+  constexpr double kFluxSigmaLn = 0.8, kMostFluxCost = 12.0, kUnknownKindCost = 2.0;
   std::vector<Link> links;
   for (int i = 0; i < static_cast<int>(lamps.size()); ++i) {
     const Lamp& lamp = *lamps[i];
@@ -47,11 +47,17 @@ std::vector<Link> links_within_gate(const Lamps& lamps, const std::vector<Spot>&
   return links;
 }
 
-// A lamp counts as a rival when another vehicle, or a light followed for long, would take the spot.
-bool rivals(const Lamp& a, const Lamp& b) {
+bool stands_alone(const Lamp& lamp) {
   constexpr int kEstablished = 5;
+  if (lamp.sightings() < kEstablished) return false;
+  return lamp.vehicle || (lamp.on_vehicle.share() <= 0.5 && lamp.mirrored.share() <= 0.5);
+}
+
+// Only a light of its own, followed for long, may be mistaken for another one: not the reflections
+// and trim that surround a lamp.
+bool rivals(const Lamp& a, const Lamp& b) {
   if (a.vehicle && a.vehicle == b.vehicle) return false;
-  return a.sightings() >= kEstablished && b.sightings() >= kEstablished;
+  return stands_alone(a) && stands_alone(b);
 }
 
 void find_doubts(const Lamps& lamps, const std::vector<Link>& links, Association& found) {

@@ -56,19 +56,27 @@ bool mirrors(const Lamp& lamp, const Lamp& source, const RoadView& view) {
   return moves_with(lamp, source);
 }
 
-// Number plate, bonnet, fog lamp, chrome: within the outline of a vehicle that has its lamps.
+// Number plate, bonnet, fog lamp, roof: within the body of a vehicle that has its lamps. The body
+// is a box that reaches back from the lamps.
 bool rides_on(const Lamp& lamp, const Vehicle& vehicle, const RoadView& view) {
-  constexpr double kHalfWidth_m = 1.3, kOver_m = 2.0, kUnder_m = 0.9;
+  constexpr double kHalfWidth_m = 1.3, kOver_m = 2.2, kUnder_m = 0.9, kSlice_m = 1.5;
+  constexpr int kSlices = 4;
   const Eigen::Vector2d middle_px = 0.5 * (vehicle.left->at_px() + vehicle.right->at_px());
   const LampPlace at = view.place(middle_px);
   Eigen::Matrix2d axes;
   axes << at.across_px, at.down_px;
   if (!(std::abs(axes.determinant()) > 1e-9)) return false;
-  const Eigen::Vector2d off_m =
-      axes.inverse() * (lamp.at_px() - middle_px) / vehicle.inverse_depth_per_m;
-  if (std::abs(off_m.x()) > kHalfWidth_m || off_m.y() > kUnder_m || off_m.y() < -kOver_m)
-    return false;
-  return moves_with(lamp, *vehicle.left) || moves_with(lamp, *vehicle.right);
+  const Eigen::Matrix2d metres = axes.inverse() / vehicle.inverse_depth_per_m;
+  const Eigen::Vector2d off_m = metres * (lamp.at_px() - middle_px);
+  const Eigen::Vector2d back_per_m = -axes.inverse() * at.toward_px;
+  bool inside = false;
+  for (int slice = 0; slice < kSlices && !inside; ++slice) {
+    const double back_m = slice * kSlice_m;
+    const double farther = 1.0 + back_m * vehicle.inverse_depth_per_m;
+    const Eigen::Vector2d rest_m = off_m * farther - back_per_m * back_m;
+    inside = std::abs(rest_m.x()) < kHalfWidth_m && rest_m.y() < kUnder_m && rest_m.y() > -kOver_m;
+  }
+  return inside && (moves_with(lamp, *vehicle.left) || moves_with(lamp, *vehicle.right));
 }
 
 bool stands_still(const Lamp& lamp, const RoadView& view) {

@@ -83,10 +83,12 @@ void best_matching(const std::vector<Edge>& edges, std::size_t next, std::vector
   }
 }
 
-// Fog lamps below headlamps look like a second, nearer pair; but no two vehicles stand so close.
+// Fog lamps below headlamps, and a bus's roof lights above them, look like a second pair, nearer or
+// farther; but no two vehicles stand so close behind one another.
 bool same_body(const Vehicle& vehicle, const Eigen::Vector2d& middle_px, double width_per_depth,
                const RoadView& view) {
-  constexpr double kShortestGap_m = 4.5, kHalfBody_m = 1.1, kOffMiddle_m = 0.4, kHighCamera_m = 2.0;
+  constexpr double kShortestGap_m = 6.5, kUnder_m = 1.0, kOver_m = 3.0, kOffMiddle_m = 0.4,
+                   kHighCamera_m = 2.0;
   const Eigen::Vector2d own_px = 0.5 * (vehicle.left->at_px() + vehicle.right->at_px());
   const LampPlace at = view.place(own_px);
   Eigen::Matrix2d axes;
@@ -94,7 +96,8 @@ bool same_body(const Vehicle& vehicle, const Eigen::Vector2d& middle_px, double 
   if (!(std::abs(axes.determinant()) > 1e-9)) return false;
   const double inverse_depth = vehicle.inverse_depth_per_m;
   const Eigen::Vector2d off_m = axes.inverse() * (middle_px - own_px) / inverse_depth;
-  if (std::abs(off_m.x()) > kOffMiddle_m || std::abs(off_m.y()) > kHalfBody_m) return false;
+  if (std::abs(off_m.x()) > kOffMiddle_m || off_m.y() > kUnder_m || off_m.y() < -kOver_m)
+    return false;
   const double ratio = width_per_depth / vehicle.width_per_depth;
   if (ratio < 0.6 || ratio > 1.6) return false;
   const double gap_m =
@@ -107,7 +110,7 @@ bool same_body(const Vehicle& vehicle, const Eigen::Vector2d& middle_px, double 
 }  // namespace
 
 void Pairing::look_at_pairs(const Lamps& lamps, std::int64_t frame) {
-  constexpr double kSigmaShare = 0.7, kFluxSigmaLn = 1.0, kMostFlux = 4.0, kUnknownKind = 2.0;
+  constexpr double kSigmaShare = 0.7, kFluxSigmaLn = 0.9, kMostFlux = 9.0, kUnknownKind = 2.0;
   constexpr double kLaneSigma_m = 0.9, kMostLane = 4.0;
   const double widest = 2.8 * view_.focal_px();
   for (std::size_t i = 0; i < lamps.size(); ++i) {

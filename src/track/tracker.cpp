@@ -42,6 +42,8 @@ class Tracker::Impl {
   static constexpr double kReachShare = 0.03;  // of the image width, for the common motion
 
   void follow(const std::vector<Spot>& spots, const BlobFrame& frame);
+  bool is_diffuse(const Blob& blob, const LampPlace& place) const;
+  void learn_strength();
   void bear(const std::vector<Spot>& spots, const Association& found, const BlobFrame& frame);
   void mark_split_records();
   void drop_doubtful_past(Lamp& lamp);
@@ -58,6 +60,7 @@ class Tracker::Impl {
   Lamps lamps_;
   Vehicles vehicles_;
   std::vector<std::pair<int, Lamp*>> seen_;  // spot, lamp
+  LightScale lights_;
   TrackCounts counts_;
   std::int64_t next_id_ = 1;
   std::optional<CameraTime> last_time_;
@@ -85,10 +88,34 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
   note_look_alikes(lamps_, vehicles_, view_, frame.frame);
   pairing_.update(lamps_, vehicles_, frame.frame);
   mark_split_records();
+  learn_strength();
   std::vector<VehicleTrack> ended;
   end_lost(frame, ended);
   name_kinds(frame, spots);
   return ended;
+}
+
+// Lit road, walls and glare on the windscreen: wide for a lamp at that place, and nowhere clipped.
+bool Tracker::Impl::is_diffuse(const Blob& blob, const LampPlace& place) const {
+  constexpr double kBlur_px = 2.5, kLamp_m = 0.15;
+  const double lamp_px = kLamp_m * place.inverse_depth_per_m * view_.focal_px();
+  return blob.saturated_px == 0 && blob.spread_px.minCoeff() > kBlur_px + lamp_px;
+}
+
+// A vehicle whose pair has held for a second or so shows how strong lamps are here.
+void Tracker::Impl::learn_strength() {
+  constexpr int kLongEnough = 20;
+  constexpr double kGoodChi2 = 5.0;
+  for (const auto& vehicle : vehicles_) {
+    if (vehicle->told_strength || vehicle->both_seen < kLongEnough || vehicle->chi2 > kGoodChi2 ||
+        !vehicle->left || !vehicle->right)
+      continue;
+    vehicle->told_strength = true;
+    const bool clips = vehicle->left->records.back().sighting.saturated_px > 0 &&
+                       vehicle->right->records.back().sighting.saturated_px > 0;
+    lights_.add(vehicle->kind, std::min(strength_of(*vehicle->left), strength_of(*vehicle->right)),
+                clips);
+  }
 }
 
 void Tracker::Impl::follow(const std::vector<Spot>& spots, const BlobFrame& frame) {
@@ -168,8 +195,14 @@ void Tracker::Impl::drop_doubtful_past(Lamp& lamp) {
 
 void Tracker::Impl::bear(const std::vector<Spot>& spots, const Association& found,
                          const BlobFrame& frame) {
+  constexpr double kFarTooFaint = 3.5;
   for (std::size_t j = 0; j < spots.size(); ++j) {
-    if (found.spot_taken[j]) continue;
+    if (found.spot_taken[j] || spots[j].blob->kind == LampKind::other) continue;
+    const double inverse_depth = view_.place(spots[j].at_px).inverse_depth_per_m;
+    const double strength =
+        std::log(std::max(spots[j].blob->flux, 1e-9)) - 2.0 * std::log(inverse_depth);
+    const auto typical = lights_.typical(spots[j].blob->kind);
+    if (typical && strength < *typical - kFarTooFaint) continue;
     lamps_.push_back(std::make_unique<Lamp>(next_id_++, spots[j], view_.place(spots[j].at_px),
                                             frame.frame, frame.time, view_));
     seen_.emplace_back(static_cast<int>(j), lamps_.back().get());
@@ -256,14 +289,14 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
 
 void Tracker::Impl::end_vehicle(Vehicle& vehicle, std::vector<VehicleTrack>& ended) {
   VehicleTrack track;
-  const Verdict verdict = judge_vehicle(vehicle, view_, options_, track);
+  const Verdict verdict = judge_vehicle(vehicle, view_, options_, lights_, track);
   count(verdict);
   if (verdict == Verdict::vehicle) ended.push_back(std::move(track));
 }
 
 void Tracker::Impl::end_single(const Lamp& lamp, std::vector<VehicleTrack>& ended) {
   VehicleTrack track;
-  const Verdict verdict = judge_single(lamp, view_, options_, track);
+  const Verdict verdict = judge_single(lamp, view_, options_, lights_, track);
   count(verdict);
   if (verdict == Verdict::vehicle) ended.push_back(std::move(track));
 }

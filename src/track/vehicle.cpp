@@ -6,6 +6,8 @@
 namespace vildar {
 namespace {
 
+constexpr double kFaintPair = 2.5, kFaintSingle = 1.5;
+constexpr double kLeastPairShare = 0.15;
 constexpr double kMostChi2 = 9.0;
 
 double median(std::vector<double> values) {
@@ -56,6 +58,13 @@ double slope_of(const std::vector<double>& times, const std::vector<double>& val
   return spread > 0.0 ? (stv - st * sv / n) / spread : 0.0;
 }
 
+// Fainter than the lamps of this scene by more than beams and weather explain.
+bool too_faint(const std::vector<double>& strengths, LampKind kind, const LightScale& lights,
+               double allowed_ln) {
+  const std::optional<double> typical = lights.typical(kind);
+  return typical && median(strengths) < *typical - allowed_ln;
+}
+
 // The lamps' colour says which way the vehicle faces; does its range clearly say the opposite?
 bool motion_contradicts(const std::vector<PairLook>& looks, LampKind kind, const RoadView& view) {
   constexpr double kClear_m = 4.0, kClearShare = 0.25, kScaleDoubt = 1.35, kSlow_mps = 3.0;
@@ -66,8 +75,10 @@ bool motion_contradicts(const std::vector<PairLook>& looks, LampKind kind, const
   }
   const double closing_mps = -slope_of(times_s, ranges_m);
   const double nearer_m = closing_mps * (times_s.back() - times_s.front());
-  if (std::abs(nearer_m) < std::max(kClear_m, kClearShare * median(ranges_m))) return false;
   const double ego_mps = view.ego_speed_mps(0.5 * (times_s.front() + times_s.back()));
+  const double ego_m = ego_mps * (times_s.back() - times_s.front());
+  const double clear_m = std::max(kClear_m, kClearShare * median(ranges_m));
+  if (std::max(std::abs(nearer_m), ego_m) < clear_m) return false;
   if (kind == LampKind::headlamp) return closing_mps * kScaleDoubt + kSlow_mps < ego_mps;
   return closing_mps / kScaleDoubt - kSlow_mps > ego_mps;
 }
@@ -80,12 +91,20 @@ bool beside_the_road(const std::vector<double>& laterals_m, const RoadView& view
 
 }  // namespace
 
+double strength_of(const Lamp& lamp) {
+  const Vehicle* vehicle = lamp.vehicle;
+  const double inverse_depth = vehicle && vehicle->left && vehicle->right
+                                   ? vehicle->inverse_depth_per_m
+                                   : lamp.place().inverse_depth_per_m;
+  return lamp.log_flux() - 2.0 * std::log(inverse_depth);
+}
+
 Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackOptions& options,
-                      VehicleTrack& track) {
+                      const LightScale& lights, VehicleTrack& track) {
   const std::vector<LampRecord> left = all_records(vehicle.past_left, vehicle.left);
   const std::vector<LampRecord> right = all_records(vehicle.past_right, vehicle.right);
   std::vector<PairLook> looks;
-  std::vector<double> laterals_m;
+  std::vector<double> laterals_m, strengths;
   track.sightings.clear();
   for (std::size_t i = 0, j = 0; i < left.size() || j < right.size();) {
     const bool use_left = j == right.size() || (i < left.size() && left[i].frame <= right[j].frame);
@@ -105,6 +124,8 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       looks.push_back({seconds_of(first.time), view.place(middle_px).slope_down,
                        fit.inverse_depth_per_m, fit.width_per_depth, middle_px});
       laterals_m.push_back(view.road_at(middle_px, fit.inverse_depth_per_m).lateral_m);
+      const double flux = std::min(left[i].sighting.flux, right[j].sighting.flux);
+      strengths.push_back(std::log(std::max(flux, 1e-9)) - 2.0 * std::log(fit.inverse_depth_per_m));
     }
     track.sightings.push_back(sighting);
     i += use_left;
@@ -116,7 +137,9 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       duration_s(track.sightings) < options.min_duration_s ||
       static_cast<int>(looks.size()) < pairs_needed)
     return Verdict::short_track;
-  if (vehicle.chi2 > kMostChi2) return Verdict::undecided;
+  if (vehicle.chi2 > kMostChi2 || too_faint(strengths, vehicle.kind, lights, kFaintPair) ||
+      static_cast<double>(looks.size()) < kLeastPairShare * track.sightings.size())
+    return Verdict::undecided;
   if (beside_the_road(laterals_m, view)) return Verdict::off_road;
 
   track.id = static_cast<int>(vehicle.id);
@@ -129,8 +152,9 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
 }
 
 Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions& options,
-                     VehicleTrack& track) {
+                     const LightScale& lights, VehicleTrack& track) {
   constexpr double kShare = 0.5, kMoved_px = 8.0, kMoved_m = 4.0, kSlow_mps = 3.0;
+  constexpr int kFewestSingle = 8;
   constexpr double kBelowHorizonSigmas = 2.0, kSpeedSigmas = 2.5;
   if (lamp.sightings() < options.min_sightings || lamp.lived_s() < options.min_duration_s)
     return Verdict::short_track;
@@ -140,8 +164,8 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   if (lamp.kind() == LampKind::other || lamp.lived_s() < options.min_single_lamp_s)
     return Verdict::undecided;
 
-  std::vector<double> times_s, along_m, laterals_m, doubts;
-  int below = 0;
+  std::vector<double> times_s, along_m, laterals_m, doubts, strengths;
+  int below = 0, clipped = 0;
   track.sightings.clear();
   for (const LampRecord& record : lamp.records) {
     const LampPlace place = view.place(record.at_px);
@@ -149,12 +173,18 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
     below += place.slope_down > kBelowHorizonSigmas * sigma;
     doubts.push_back(sigma / std::max(std::abs(place.slope_down), 1e-6));
     const RoadPosition at = view.road_at(record.at_px, place.inverse_depth_per_m);
+    clipped += record.sighting.saturated_px > 0;
+    strengths.push_back(std::log(std::max(record.sighting.flux, 1e-9)) -
+                        2.0 * std::log(place.inverse_depth_per_m));
     times_s.push_back(seconds_of(record.time));
     along_m.push_back(at.along_m);
     laterals_m.push_back(at.lateral_m);
     track.sightings.push_back({record.frame, record.time, sighting_of(record), std::nullopt});
   }
-  if (2 * below < lamp.sightings()) return Verdict::undecided;
+  if (lamp.sightings() < kFewestSingle || too_faint(strengths, lamp.kind(), lights, kFaintSingle) ||
+      2 * below < lamp.sightings() ||
+      (lights.usually_clips(lamp.kind()) && 2 * clipped < lamp.sightings()))
+    return Verdict::undecided;
   const double closing_mps = -slope_of(times_s, along_m);
   const double moved_m = std::abs(closing_mps) * lamp.lived_s();
   if (view.moving_sensor()) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "track/lamp.h"
+#include "track/light_scale.h"
 #include "track/tracker.h"
 
 namespace vildar {
@@ -22,17 +23,21 @@ struct Vehicle {
   double width_per_depth = 0.0;
   Eigen::Vector2d from_left_px;  ///< last vector from the left lamp to the right one
   bool ambiguous = false;
+  bool told_strength = false;  ///< has been entered in the LightScale
 
   Lamp* partner_of(const Lamp* lamp) const { return lamp == left ? right : left; }
 };
+
+/// ln(flux x depth^2) of a lamp now, with the depth of its vehicle where it has one.
+double strength_of(const Lamp& lamp);
 
 enum class Verdict { vehicle, short_track, static_light, reflection, off_road, undecided };
 
 /// What a vehicle, or a light that never had a partner, turns out to be now that it is gone. The
 /// track is written only with Verdict::vehicle.
 Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackOptions& options,
-                      VehicleTrack& track);
+                      const LightScale& lights, VehicleTrack& track);
 Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions& options,
-                     VehicleTrack& track);
+                     const LightScale& lights, VehicleTrack& track);
 
 }  // namespace vildar
