@@ -87,7 +87,8 @@ void find_doubts(const Lamps& lamps, const std::vector<Link>& links, Association
 
 Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots, double reach_px) {
   constexpr int kFewest = 4, kSettled = 3;
-  constexpr double kAgreement_px = 2.0, kPreferSmall_per_px = 0.03;
+  constexpr double kAgreement_px = 2.0, kPreferSmall_per_px = 0.03, kLeast_px = 1.5;
+  constexpr double kLeastSigmas = 2.0;
   struct Step {
     int lamp;
     Eigen::Vector2d by_px;
@@ -137,7 +138,14 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
     std::nth_element(values.begin(), middle, values.end());
     return *middle;
   };
-  return {median(u), median(v)};
+  const Eigen::Vector2d shift_px(median(u), median(v));
+  // A small step that fits the lamps' own uncertainty is theirs to learn as a change of speed.
+  std::vector<double> sigmas_px;
+  for (const auto& lamp : lamps)
+    if (lamp->sightings() >= kSettled) sigmas_px.push_back(lamp->position_sigma_px());
+  if (shift_px.norm() < std::max(kLeast_px, kLeastSigmas * median(sigmas_px)))
+    return Eigen::Vector2d::Zero();
+  return shift_px;
 }
 
 Association associate(const Lamps& lamps, const std::vector<Spot>& spots, double gate_chi2) {

@@ -87,6 +87,13 @@ void Lamp::predict(double dt_s, const RoadView& view) {
   }
 }
 
+void Lamp::shift(const Eigen::Vector2d& shift_px, double dt_s) {
+  constexpr double kShareInVelocity = 0.15;
+  at_px_ += shift_px;
+  drift_px_ += shift_px;
+  velocity_pxps_ += kShareInVelocity / dt_s * shift_px;
+}
+
 Lamp::Distance Lamp::distance(const Spot& spot) const {
   Eigen::Matrix2d covariance = covariance_.topLeftCorner<2, 2>();
   covariance.diagonal().array() += spot.sigma_px * spot.sigma_px;

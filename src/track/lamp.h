@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -52,12 +53,11 @@ class Lamp {
   Lamp(std::int64_t id, const Spot& spot, const LampPlace& place, std::int64_t frame,
        CameraTime time, const RoadView& view);
 
-  /// Moves the state on by dt_s > 0. `shift_px` is the movement of the whole image.
+  /// Moves the state on by dt_s > 0.
   void predict(double dt_s, const RoadView& view);
-  void shift(const Eigen::Vector2d& shift_px) {
-    at_px_ += shift_px;
-    drift_px_ += shift_px;
-  }
+  /// The whole image moved by `shift_px` within dt_s. Where that goes on frame after frame it is
+  /// movement of the lamps after all, so a share of it goes into the velocity.
+  void shift(const Eigen::Vector2d& shift_px, double dt_s);
   /// Squared Mahalanobis distance of a spot, and the log determinant of its covariance.
   struct Distance {
     double chi2, log_det;
@@ -94,9 +94,9 @@ class Lamp {
   RunningShare above;       ///< stands above where a lamp on the road can
   RunningShare mirrored;    ///< looks like the road reflection of another lamp
   RunningShare on_vehicle;  ///< moves as a part of a vehicle that has its two lamps already
-  std::int64_t doubtful_frame = -1;  ///< last frame in which it may have passed to another light
-  bool fixed = false;                ///< judged to be standing in the world
-  Vehicle* vehicle = nullptr;        ///< that has it as a lamp
+  std::optional<CameraTime> doubtful_at;  ///< when it last may have passed to another light
+  bool fixed = false;                     ///< judged to be standing in the world
+  Vehicle* vehicle = nullptr;             ///< that has it as a lamp
 
  private:
   void correct(const Eigen::Vector2d& measured_px, double sigma_px);

@@ -79,10 +79,10 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
     if (const auto at_px = view_.spot_from_pixel(blob.centre_px))
       spots.push_back(spot_of(blob, *at_px));
 
-  if (dt_s > 0.0)
-    for (const auto& lamp : lamps_) lamp->predict(dt_s, view_);
+  for (const auto& lamp : lamps_) lamp->predict(dt_s, view_);
   const Eigen::Vector2d shift_px = common_shift(lamps_, spots, reach_px_);
-  for (const auto& lamp : lamps_) lamp->shift(shift_px);
+  if (!shift_px.isZero())
+    for (const auto& lamp : lamps_) lamp->shift(shift_px, dt_s);
 
   follow(spots, frame);
   note_look_alikes(lamps_, vehicles_, view_, frame.frame);
@@ -126,7 +126,7 @@ void Tracker::Impl::follow(const std::vector<Spot>& spots, const BlobFrame& fram
     Lamp& lamp = *lamps_[i];
     place_before[i] = lamp.at_px();
     speed_before[i] = lamp.velocity_pxps();
-    if (found.doubtful[i]) lamp.doubtful_frame = frame.frame;
+    if (found.doubtful[i]) lamp.doubtful_at = frame.time;
   }
   const auto index_of = [&](const Lamp* lamp) {
     return static_cast<std::size_t>(
@@ -170,14 +170,17 @@ void Tracker::Impl::follow(const std::vector<Spot>& spots, const BlobFrame& fram
     lamp.carry(partner->at_px() - place_before[p], partner->velocity_pxps() - speed_before[p]);
   }
   for (const auto& vehicle : vehicles_) {
-    // A lamp whose partner is sure of itself keeps its identity by the partner.
-    bool any_seen = false, all_doubtful = true;
-    for (const Lamp* lamp : {vehicle->left, vehicle->right})
-      if (lamp && lamp->seen_at(frame.frame)) {
-        any_seen = true;
-        all_doubtful &= lamp->doubtful_frame == frame.frame;
-      }
-    vehicle->ambiguous |= any_seen && all_doubtful;
+    // A lamp in doubt keeps its identity by a partner that is sure of its own all the while.
+    bool any_now = false, all_lately = true;
+    for (const Lamp* lamp : {vehicle->left, vehicle->right}) {
+      if (!lamp) continue;
+      any_now |= lamp->doubtful_at == frame.time;
+      const bool lately =
+          lamp->doubtful_at &&
+          seconds_of(frame.time) - seconds_of(*lamp->doubtful_at) < options_.longest_gap_s;
+      all_lately &= lately || !lamp->seen_at(frame.frame);
+    }
+    vehicle->ambiguous |= any_now && all_lately;
   }
   for (std::size_t i = 0; i < lamps_.size(); ++i)
     if (found.doubtful[i] && !lamps_[i]->vehicle) drop_doubtful_past(*lamps_[i]);
@@ -188,7 +191,7 @@ void Tracker::Impl::follow(const std::vector<Spot>& spots, const BlobFrame& fram
 void Tracker::Impl::drop_doubtful_past(Lamp& lamp) {
   const auto keep_from =
       std::find_if(lamp.records.begin(), lamp.records.end(),
-                   [&](const auto& one) { return one.frame >= lamp.doubtful_frame; });
+                   [&](const auto& one) { return one.time >= *lamp.doubtful_at; });
   lamp.records.erase(lamp.records.begin(), keep_from);
   lamp.id = next_id_++;
 }

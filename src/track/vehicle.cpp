@@ -138,7 +138,8 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       static_cast<int>(looks.size()) < pairs_needed)
     return Verdict::short_track;
   if (vehicle.chi2 > kMostChi2 || too_faint(strengths, vehicle.kind, lights, kFaintPair) ||
-      static_cast<double>(looks.size()) < kLeastPairShare * track.sightings.size())
+      static_cast<double>(looks.size()) <
+          kLeastPairShare * static_cast<double>(track.sightings.size()))
     return Verdict::undecided;
   if (beside_the_road(laterals_m, view)) return Verdict::off_road;
 
@@ -202,7 +203,7 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   track.kind = lamp.kind();
   track.direction = track.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;
   track.single_lamp = true;
-  track.ambiguous_identity = lamp.doubtful_frame >= lamp.records.front().frame;
+  track.ambiguous_identity = lamp.doubtful_at && *lamp.doubtful_at >= lamp.records.front().time;
   const double ego_mps = view.ego_speed_mps(times_s.front());
   track.direction_contradicts = track.direction == Direction::oncoming
                                     ? closing_mps + kSlow_mps < ego_mps

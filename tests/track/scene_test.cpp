@@ -1,0 +1,246 @@
+#include "scene.h"
+
+#include <gtest/gtest.h>
+
+namespace vildar {
+namespace {
+
+using scene::Car;
+using scene::Scene;
+
+Scene mast() {
+  Scene made;
+  made.site = scene::site_of(5.0, -4.0, 1400.0, 1920, 1080);
+  return made;
+}
+
+Scene dashcam(double ego_mps) {
+  Scene made;
+  made.site = scene::site_of(1.3, 0.0, 1000.0, 1280, 720);
+  made.site.ego = EgoSite{Uncertain{ego_mps, 0.5}, {}, {}};
+  return made;
+}
+
+Scene tower() {
+  Scene made;
+  made.site = scene::site_of(20.0, -20.0, 600.0, 480, 360);
+  made.resolution_px = 3.0;
+  return made;
+}
+
+Car car(double x_m, double y_m, double speed_mps, LampKind kind = LampKind::headlamp) {
+  Car one;
+  one.x_m = x_m;
+  one.y_m = y_m;
+  one.speed_mps = speed_mps;
+  one.kind = kind;
+  return one;
+}
+
+// One pure track for each car and no other track.
+void expect_each_car_once(const scene::Outcome& outcome, std::size_t cars, double least_recall) {
+  EXPECT_EQ(outcome.tracks.size(), cars);
+  for (std::size_t i = 0; i < outcome.tracks.size(); ++i)
+    EXPECT_TRUE(outcome.car_of(i)) << "track " << outcome.tracks[i].id << " holds several lights";
+  for (int c = 0; c < static_cast<int>(cars); ++c) {
+    EXPECT_EQ(outcome.tracks_of(c), 1) << "car " << c;
+    EXPECT_GE(outcome.recall(c), least_recall) << "car " << c;
+  }
+}
+
+TEST(TrackScene, MastSeesBothDirectionsAndNoStreetLamps) {
+  Scene made = mast();
+  made.cars = {car(90, -4, -15), car(120, -4, -17), car(20, -7.5, 14, LampKind::taillamp)};
+  made.street_lamps = {{60, 6, 8}, {95, 6, 8}, {60, -11, 8}};
+  made.clutter_per_frame = 0.5;
+  made.duration_s = 6.0;
+  const auto outcome = scene::run(made);
+  expect_each_car_once(outcome, 3, 0.9);
+  for (std::size_t i = 0; i < outcome.tracks.size(); ++i) {
+    const VehicleTrack& track = outcome.tracks[i];
+    const bool tail = outcome.car_of(i) == 2;
+    EXPECT_EQ(track.kind, tail ? LampKind::taillamp : LampKind::headlamp);
+    EXPECT_EQ(track.direction, tail ? Direction::receding : Direction::oncoming);
+    EXPECT_FALSE(track.single_lamp || track.ambiguous_identity || track.direction_contradicts);
+  }
+  EXPECT_EQ(outcome.counts.static_lights, 3);
+  EXPECT_GT(outcome.kinds_of_street_blobs.at(LampKind::street), 300);
+}
+
+TEST(TrackScene, SightingsNameLeftAndRightAsSeen) {
+  Scene made = mast();
+  made.cars = {car(80, -4, -15)};
+  const auto outcome = scene::run(made);
+  ASSERT_EQ(outcome.tracks.size(), 1U);
+  int both = 0;
+  std::int64_t last = -1;
+  for (const VehicleSighting& sighting : outcome.tracks[0].sightings) {
+    EXPECT_GT(sighting.frame, last);
+    last = sighting.frame;
+    if (!sighting.left || !sighting.right) continue;
+    ++both;
+    EXPECT_LT(sighting.left->centre_px.x(), sighting.right->centre_px.x());
+  }
+  EXPECT_GT(both, 80);
+}
+
+TEST(TrackScene, WetRoadMirrorImagesAreNotVehicles) {
+  for (const bool low : {false, true}) {
+    Scene made = low ? dashcam(12.0) : mast();
+    made.wet = true;
+    made.cars = {car(100, 3.6, -14), car(140, 3.6, -14)};
+    made.duration_s = 4.0;
+    const auto outcome = scene::run(made);
+    expect_each_car_once(outcome, 2, 0.8);
+    EXPECT_GE(outcome.counts.reflections, 3) << (low ? "dashcam" : "mast");
+    EXPECT_GT(outcome.kinds_of_mirror_blobs.at(LampKind::reflection), 80);
+  }
+}
+
+TEST(TrackScene, DashcamSeparatesTrafficFromWhatStands) {
+  Scene made = dashcam(14.0);
+  made.cars = {car(150, 3.6, -13), car(190, 3.6, -12), car(25, 0, 15, LampKind::taillamp),
+               car(90, 3.6, 0)};  // the last one waits with its lamps on
+  for (int i = 0; i < 6; ++i) made.street_lamps.push_back({30.0 + 25.0 * i, -6.0, 8.0});
+  made.duration_s = 6.0;
+  const auto outcome = scene::run(made);
+  expect_each_car_once(outcome, 4, 0.8);
+  for (const VehicleTrack& track : outcome.tracks) EXPECT_FALSE(track.direction_contradicts);
+  EXPECT_GE(outcome.counts.static_lights, 4);
+}
+
+TEST(TrackScene, ShakingViewOfATwentyCarQueue) {
+  Scene made = tower();
+  made.shake_px = 2.0;
+  for (int i = 0; i < 20; ++i) {
+    Car one = car(60.0 + 9.0 * (i / 2), i % 2 ? -3.5 : 0.0, -8.0);
+    one.stops_at_s = 2.0;
+    one.starts_again_s = 5.0;
+    made.cars.push_back(one);
+  }
+  made.duration_s = 9.0;
+  const auto outcome = scene::run(made);
+  int pure = 0;
+  for (std::size_t i = 0; i < outcome.tracks.size(); ++i)
+    pure += outcome.car_of(i).has_value() || outcome.tracks[i].ambiguous_identity;
+  EXPECT_EQ(pure, static_cast<int>(outcome.tracks.size()));
+  int once = 0;
+  for (int c = 0; c < 20; ++c) once += outcome.tracks_of(c) == 1 && outcome.recall(c) > 0.8;
+  EXPECT_GE(once, 19);
+}
+
+TEST(TrackScene, SurvivesHalfASecondOutOfSight) {
+  Scene made = mast();
+  made.cars = {car(80, -4, -15), car(110, -7.5, -15)};
+  made.cars[0].hidden_s = {{1.5, 2.0}};
+  const auto outcome = scene::run(made);
+  expect_each_car_once(outcome, 2, 0.9);
+}
+
+TEST(TrackScene, TwoCarsAbreastWithEqualGapsPairRightly) {
+  for (const double y_m : {-4.0, 0.0, 3.0}) {
+    Scene made = mast();
+    made.cars = {car(80, y_m, -14), car(80, y_m - 2.5, -14)};
+    expect_each_car_once(scene::run(made), 2, 0.85);
+  }
+}
+
+TEST(TrackScene, LorryBehindACar) {
+  Scene made = mast();
+  made.cars = {car(70, -4, -12), car(82, -4, -12)};
+  made.cars[1].separation_m = 2.05;
+  made.cars[1].height_m = 0.85;
+  expect_each_car_once(scene::run(made), 2, 0.85);
+}
+
+TEST(TrackScene, MotorcycleIsASingleLamp) {
+  Scene made = mast();
+  made.cars = {car(70, -4, -14), car(95, -4, -14)};
+  made.cars[0].single = true;
+  const auto outcome = scene::run(made);
+  expect_each_car_once(outcome, 2, 0.85);
+  for (std::size_t i = 0; i < outcome.tracks.size(); ++i)
+    EXPECT_EQ(outcome.tracks[i].single_lamp, outcome.car_of(i) == 0);
+}
+
+TEST(TrackScene, FarPairSplitsOutOfOneBlob) {
+  Scene made = tower();  // 600 px: the pair is under 4 px apart beyond 190 m
+  made.site = scene::site_of(6.0, -1.0, 600.0, 640, 360);
+  made.resolution_px = 6.0;
+  made.cars = {car(180, -4, -20)};
+  made.duration_s = 7.0;
+  const auto outcome = scene::run(made);
+  expect_each_car_once(outcome, 1, 0.85);
+  int marked = 0, both = 0;
+  for (const VehicleSighting& sighting : outcome.tracks[0].sightings) {
+    both += sighting.left && sighting.right;
+    if (!sighting.left || !has(sighting.left->defects, Defect::merged)) continue;
+    ++marked;
+    EXPECT_FALSE(sighting.right);
+    EXPECT_GT(sighting.left->centre_sigma_px.x(), 1.0);  // half of some 6 px, at least
+  }
+  EXPECT_GT(marked, 40);  // from 180 m to 125 m at 20 m/s: 68 frames
+  EXPECT_GT(both, 60);
+}
+
+TEST(TrackScene, NoHandOverFromHeadlampsToTaillamps) {
+  Scene made = mast();
+  made.cars = {car(60, -4, -12), car(36, -4, 12, LampKind::taillamp)};
+  made.cars[0].hidden_s = {{2.0, 9.0}};
+  made.cars[1].x_m = 36.0 - 2.0 * 12.0;  // where the other one vanishes, at that time
+  made.cars[1].hidden_s = {{0.0, 2.0}};
+  const auto outcome = scene::run(made);
+  expect_each_car_once(outcome, 2, 0.85);
+}
+
+TEST(TrackScene, MotionAgainstTheColourIsMarked) {
+  Scene made = mast();
+  made.cars = {car(25, -4, 12), car(90, -7.5, -12, LampKind::taillamp)};
+  const auto outcome = scene::run(made);
+  ASSERT_EQ(outcome.tracks.size(), 2U);
+  for (const VehicleTrack& track : outcome.tracks) EXPECT_TRUE(track.direction_contradicts);
+}
+
+TEST(TrackScene, TailLampsThatADashcamOvertakesDoNotContradict) {
+  Scene made = dashcam(30.0);
+  made.cars = {car(80, -3.5, 20, LampKind::taillamp)};
+  const auto outcome = scene::run(made);
+  ASSERT_EQ(outcome.tracks.size(), 1U);
+  EXPECT_FALSE(outcome.tracks[0].direction_contradicts);
+}
+
+TEST(TrackScene, NothingButStreetLampsAndClutterIsNoVehicle) {
+  for (const bool low : {false, true}) {
+    Scene made = low ? dashcam(12.0) : mast();
+    for (int i = 0; i < 8; ++i)
+      made.street_lamps.push_back({30.0 + 18.0 * i, i % 2 ? 7.0 : -9.0, 8.0});
+    made.clutter_per_frame = 2.0;
+    made.duration_s = 8.0;
+    EXPECT_TRUE(scene::run(made).tracks.empty()) << (low ? "dashcam" : "mast");
+  }
+}
+
+// Overtaking with a long time out of sight of both: whatever is reported is pure or says its doubt.
+TEST(TrackScene, NeverSwapsInSilence) {
+  int impure = 0, tracks = 0;
+  for (int trial = 0; trial < 30; ++trial) {
+    Random random(4100 + static_cast<std::uint64_t>(trial));
+    Scene made = mast();
+    made.seed = 900 + static_cast<std::uint64_t>(trial);
+    const double gap_m = random.uniform(4.0, 12.0);
+    made.cars = {car(90, -4, -random.uniform(8, 12)),
+                 car(90 + gap_m, -4.0 - random.uniform(0, 3.5), -random.uniform(14, 22))};
+    const double from_s = random.uniform(1.0, 2.0);
+    for (Car& one : made.cars) one.hidden_s = {{from_s, from_s + random.uniform(0.2, 0.6)}};
+    const auto outcome = scene::run(made);
+    for (std::size_t i = 0; i < outcome.tracks.size(); ++i) {
+      ++tracks;
+      impure += !outcome.car_of(i) && !outcome.tracks[i].ambiguous_identity;
+    }
+  }
+  EXPECT_EQ(impure, 0);
+  EXPECT_GE(tracks, 50);
+}
+
+}  // namespace
+}  // namespace vildar

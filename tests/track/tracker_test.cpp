@@ -1,0 +1,116 @@
+#include "track/tracker.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "scene.h"
+
+namespace vildar {
+namespace {
+
+TEST(TrackOptions, ProblemsNameEveryField) {
+  EXPECT_TRUE(TrackOptions{}.problems().empty());
+  const TrackOptions bad{-1.0, 1, -0.1, -1.0, 0.0};
+  const auto problems = bad.problems();
+  ASSERT_EQ(problems.size(), 5U);
+  EXPECT_NE(problems[0].find("longest_gap_s"), std::string::npos);
+  EXPECT_THROW(Tracker(bad, scene::site_of(5, -4, 1400, 1920, 1080)), std::invalid_argument);
+}
+
+TEST(Tracker, NeedsACamera) {
+  EXPECT_THROW(Tracker(TrackOptions{}, Site{}), std::invalid_argument);
+}
+
+TEST(Tracker, RefusesTimeThatStandsStill) {
+  Tracker tracker({}, scene::site_of(5, -4, 1400, 1920, 1080));
+  BlobFrame frame;
+  tracker.update(frame);
+  EXPECT_THROW(tracker.update(frame), std::invalid_argument);
+}
+
+TEST(Tracker, EmptyFramesAndFinishGiveNothing) {
+  Tracker tracker({}, scene::site_of(5, -4, 1400, 1920, 1080));
+  for (int k = 0; k < 5; ++k) {
+    BlobFrame frame;
+    frame.frame = k;
+    frame.time = time_from_seconds<CameraTime>(0.04 * k);
+    EXPECT_TRUE(tracker.update(frame).empty());
+  }
+  EXPECT_FALSE(tracker.live_since());
+  EXPECT_TRUE(tracker.finish().empty());
+}
+
+TEST(Tracker, ShortVisitsAreCountedNotReported) {
+  scene::Scene made;
+  made.site = scene::site_of(5, -4, 1400, 1920, 1080);
+  made.miss_share = 0.0;
+  made.cars.resize(1);
+  made.cars[0].hidden_s = {{0.14, 99.0}};  // four frames
+  made.duration_s = 2.0;
+  const auto outcome = scene::run(made);
+  EXPECT_TRUE(outcome.tracks.empty());
+  EXPECT_GE(outcome.counts.short_tracks, 1);
+  EXPECT_EQ(outcome.counts.blobs, 8);
+}
+
+TEST(Tracker, LanesPutVehiclesBesideTheRoadOut) {
+  scene::Scene made;
+  made.site = scene::site_of(5, -4, 1400, 1920, 1080);
+  made.site.road.lanes = {{"near", {-4.0, 0.0}, 3.5, Direction::oncoming}};
+  made.cars = {scene::Car{}, scene::Car{}};
+  made.cars[1].y_m = 9.0;
+  const auto outcome = scene::run(made);
+  ASSERT_EQ(outcome.tracks.size(), 1U);
+  EXPECT_EQ(outcome.car_of(0), 0);
+  EXPECT_EQ(outcome.counts.off_road, 1);
+}
+
+TEST(Tracker, IdsRiseWithTheFirstSighting) {
+  scene::Scene made;
+  made.site = scene::site_of(5, -4, 1400, 1920, 1080);
+  for (int i = 0; i < 4; ++i) {
+    scene::Car one;
+    one.x_m = 70.0;
+    one.speed_mps = -25.0;
+    one.hidden_s = {{0.0, 1.5 * i}};
+    one.x_m += 25.0 * 1.5 * i;
+    made.cars.push_back(one);
+  }
+  made.duration_s = 10.0;
+  const auto outcome = scene::run(made);
+  ASSERT_EQ(outcome.tracks.size(), 4U);
+  EXPECT_EQ(outcome.tracks[0].id, 1);
+  for (std::size_t i = 1; i < 4; ++i) {
+    EXPECT_GT(outcome.tracks[i].id, outcome.tracks[i - 1].id);
+    EXPECT_GT(outcome.tracks[i].sightings.front().frame,
+              outcome.tracks[i - 1].sightings.front().frame);
+  }
+}
+
+TEST(Tracker, LiveSinceIsTheOldestLampThatMayBecomeAVehicle) {
+  const Site site = scene::site_of(5, -4, 1400, 1920, 1080);
+  const Camera camera(*site.camera);
+  Tracker tracker({}, site);
+  for (int k = 0; k < 50; ++k) {
+    BlobFrame frame;
+    frame.frame = k;
+    frame.time = time_from_seconds<CameraTime>(0.04 * k);
+    Blob street;
+    street.centre_px = {200.0, 100.0};
+    street.flux = 500.0;
+    street.kind = LampKind::headlamp;
+    frame.blobs.push_back(street);
+    if (k >= 30) {
+      Blob lamp = street;
+      lamp.centre_px = *camera.project({80.0 - 0.6 * k, -4.0, 0.68});
+      frame.blobs.push_back(lamp);
+    }
+    tracker.update(frame);
+  }
+  ASSERT_TRUE(tracker.live_since());
+  EXPECT_NEAR(seconds_of(*tracker.live_since()), 1.2, 1e-9);
+}
+
+}  // namespace
+}  // namespace vildar
