@@ -74,6 +74,7 @@ struct ClipWriter::Encoder {
 ClipWriter::ClipWriter(const std::filesystem::path& path, const EncoderScene& settings,
                        const CameraSite& camera, double frame_rate_hz)
     : encoder_(std::make_unique<Encoder>(path)) {
+  av_log_set_level(AV_LOG_QUIET);  // a library never prints; return codes say what failed
   Encoder& e = *encoder_;
   const bool lossless = settings.codec == ClipCodec::ffv1;
   const AVCodec* codec =
@@ -102,6 +103,8 @@ ClipWriter::ClipWriter(const std::filesystem::path& path, const EncoderScene& se
     c.level = 3;
   } else {
     av_opt_set(c.priv_data, "preset", "medium", 0);
+    // With it x264 reads memory that it never wrote, and the same pictures give other bytes.
+    av_opt_set(c.priv_data, "mbtree", "0", 0);
     if (settings.bitrate_bps)
       c.bit_rate = *settings.bitrate_bps;
     else

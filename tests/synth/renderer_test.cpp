@@ -1,0 +1,197 @@
+#include "synth/renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include <gtest/gtest.h>
+
+#include "core/quantity.h"
+#include "scenes.h"
+
+namespace vildar {
+namespace {
+
+// A scene without noise, glare or background, in linear light.
+Scenario clean_scene() {
+  Scenario scene = small_scene();
+  scene.site.camera->response = ResponseKind::linear;
+  scene.image.shot_noise = false;
+  scene.image.read_noise_e = 0.0;
+  scene.image.black_level_e = 0.0;
+  scene.image.sky_cd_per_m2 = 0.0;
+  scene.image.road_cd_per_m2 = 0.0;
+  scene.image.wing_share = 0.0;
+  return scene;
+}
+
+double flux_e(const Frame& frame, double full_well_e) {
+  double sum = 0.0;
+  for (int v = 0; v < frame.luma.height_px; ++v)
+    for (int u = 0; u < frame.luma.width_px; ++u)
+      sum += (frame.luma.code(u, v) - 16) / 219.0 * full_well_e;
+  return sum;
+}
+
+TEST(Renderer, TwiceTheDistanceAQuarterOfTheFlux) {
+  Scenario scene = clean_scene();
+  scene.site.camera->position_m[2].mean = 0.65;
+  scene.site.camera->pitch_rad.mean = 0.0;
+  scene.site.camera->yaw_rad.mean = 0.0;
+  scene.site.road.lanes[0].lateral_m.mean = 0.0;
+  scene.image.full_well_e = 2e5;
+  scene.vehicles = {car_at(20.0, 0.0)};
+  scene.vehicles[0].lamp_separation_m = 0.0;
+  scene.vehicles[0].lamp_radius_m = 0.3;  // spread over enough pixels to stay below the full well
+  scene.vehicles[0].intensity_cd = 50.0;
+  const double near_e = flux_e(Renderer(scene).image(0.0), scene.image.full_well_e);
+  // I / D^2, times electrons per lux second, times exposure; codes round to 1/219 of the full well
+  // on about 100 pixels.
+  EXPECT_NEAR(near_e / (50.0 / 400.0 * 6.3e10 * 0.001), 1.0, 2e-3);
+  scene.vehicles[0].along_at_zero_m = 40.0;
+  const double far_e = flux_e(Renderer(scene).image(0.0), scene.image.full_well_e);
+  EXPECT_NEAR(far_e / near_e, 0.25, 1e-3);
+}
+
+TEST(Renderer, LampsFallWhereThePinholeSays) {
+  Scenario scene = small_scene();
+  scene.vehicles = {car_at(40.0, 0.0)};
+  CameraSite& camera = *scene.site.camera;
+  camera.yaw_rad.mean = 0.0;
+  camera.pitch_rad.mean = 0.0;
+  std::vector<LampImage> lamps = Renderer(scene).lamps(0.0);
+  ASSERT_EQ(lamps.size(), 2u);
+  if (lamps[0].centre_px.x() > lamps[1].centre_px.x()) std::swap(lamps[0], lamps[1]);
+  // u = cu - f y / x, v = cv + f (5 - h) / x.
+  EXPECT_NEAR(lamps[0].centre_px.x(), 159.5 + 300.0 * (3.0 - 0.625) / 40.0, 1e-9);
+  EXPECT_NEAR(lamps[1].centre_px.x(), 159.5 + 300.0 * (3.0 + 0.625) / 40.0, 1e-9);
+  EXPECT_NEAR(lamps[0].centre_px.y(), 89.5 + 300.0 * 4.35 / 40.0, 1e-9);
+  const double distance_m = std::sqrt(40.0 * 40.0 + 2.375 * 2.375 + 4.35 * 4.35);
+  EXPECT_NEAR(lamps[0].disc_radius_px, 300.0 * 0.06 / distance_m, 1e-9);
+}
+
+TEST(Renderer, CentroidOfThePictureIsTheProjection) {
+  constexpr double kTolerance_px = 0.01;  // 8-bit codes
+  Scenario scene = clean_scene();
+  scene.image.full_well_e = 5e4;
+  scene.vehicles = {car_at(30.0, 0.0)};
+  scene.vehicles[0].lamp_separation_m = 0.0;
+  scene.vehicles[0].intensity_cd = 1.5;
+  Renderer renderer(scene);
+  const Frame frame = renderer.image(0.0);
+  Eigen::Vector2d moment = Eigen::Vector2d::Zero();
+  double light = 0.0;
+  for (int v = 0; v < 180; ++v)
+    for (int u = 0; u < 320; ++u) {
+      const double code = frame.luma.code(u, v) - 16;
+      ASSERT_LT(code, 219) << "clipped";
+      light += code;
+      moment += code * Eigen::Vector2d(u, v);
+    }
+  EXPECT_LT((moment / light - renderer.lamps(0.0).at(0).centre_px).norm(), kTolerance_px);
+}
+
+TEST(Renderer, NoiseIsShotAndReadNoise) {
+  Scenario scene = clean_scene();
+  scene.image.full_well_e = 1000.0;
+  scene.image.black_level_e = 400.0;
+  scene.image.shot_noise = true;
+  scene.image.read_noise_e = 10.0;
+  const Frame frame = Renderer(scene).image(0.0);
+  double sum = 0.0, sum2 = 0.0, neighbours = 0.0;
+  const double count = 320.0 * 180.0;
+  for (int v = 0; v < 180; ++v)
+    for (int u = 0; u < 320; ++u) {
+      const double e = (frame.luma.code(u, v) - 16) / 219.0 * 1000.0 - 400.0;
+      sum += e;
+      sum2 += e * e;
+      if (u > 0) neighbours += e * ((frame.luma.code(u - 1, v) - 16) / 219.0 * 1000.0 - 400.0);
+    }
+  const double step_e = 1000.0 / 219.0;
+  const double variance_e2 = 400.0 + 100.0 + step_e * step_e / 12.0;
+  EXPECT_NEAR(sum / count, 0.0, 4.5 * std::sqrt(variance_e2 / count));
+  EXPECT_NEAR(sum2 / count / variance_e2, 1.0, 4.5 * std::sqrt(2.0 / count));
+  EXPECT_NEAR(neighbours / count / variance_e2, 0.0, 4.5 / std::sqrt(count)) << "correlated";
+}
+
+TEST(Renderer, SameSeedSamePictureOtherSeedOther) {
+  Scenario scene = small_scene();
+  scene.vehicles = {car_at(40.0, 20.0)};
+  Renderer first(scene), second(scene);
+  first.image(0.0);  // the order of pictures does not matter
+  const Frame a = first.image(0.2), b = second.image(0.2);
+  const std::size_t size = 320 * 180;
+  EXPECT_EQ(std::memcmp(a.luma.data, b.luma.data, size), 0);
+  EXPECT_EQ(std::memcmp(a.chroma.cr, b.chroma.cr, size / 4), 0);
+  scene.seed = 8;
+  EXPECT_NE(std::memcmp(a.luma.data, Renderer(scene).image(0.2).luma.data, size), 0);
+  EXPECT_EQ(a.index, 5);
+  EXPECT_EQ(a.luma.black_code, 16);
+  EXPECT_EQ(a.luma.white_code, 235);
+}
+
+TEST(Renderer, HeadlampsSaturateAndTailLampsAreRed) {
+  Scenario scene = small_scene();
+  scene.vehicles = {car_at(40.0, 0.0)};
+  Renderer head(scene);
+  const Frame oncoming = head.image(0.0);
+  const Eigen::Vector2d lamp_px = head.lamps(0.0).at(0).centre_px;
+  const int u = static_cast<int>(std::lround(lamp_px.x()));
+  const int v = static_cast<int>(std::lround(lamp_px.y()));
+  EXPECT_EQ(oncoming.luma.code(u, v), 235);
+  EXPECT_NEAR(oncoming.chroma.cr_fraction(u, v), 0.0, 0.05);
+  scene.vehicles[0].lane = 1;
+  scene.vehicles[0].lamps = VehicleLamps::tail;
+  scene.vehicles[0].intensity_cd = 8.0;
+  Renderer tail(scene);
+  const Frame receding = tail.image(0.0);
+  double reddest = 0.0;
+  const Eigen::Vector2d tail_px = tail.lamps(0.0).at(0).centre_px;
+  for (int row = -6; row <= 6; ++row)
+    for (int column = -6; column <= 6; ++column)
+      reddest =
+          std::max(reddest, receding.chroma.cr_fraction(static_cast<int>(tail_px.x()) + column,
+                                                        static_cast<int>(tail_px.y()) + row));
+  EXPECT_GT(reddest, 0.15);
+}
+
+TEST(Renderer, AWetRoadMirrorsTheLampsBelowTheRoad) {
+  Scenario scene = small_scene();
+  scene.vehicles = {car_at(40.0, 0.0)};
+  const std::vector<LampImage> dry = Renderer(scene).lamps(0.0);
+  scene.wet_road = true;
+  const std::vector<LampImage> wet = Renderer(scene).lamps(0.0);
+  ASSERT_GT(wet.size(), dry.size());
+  double direct = 0.0, mirrored = 0.0, row_px = 0.0;
+  for (std::size_t i = 0; i < wet.size(); ++i) {
+    (i < dry.size() ? direct : mirrored) += wet[i].flux;
+    if (i >= dry.size()) row_px += wet[i].flux * wet[i].centre_px.y();
+  }
+  EXPECT_LT(mirrored, 0.3 * direct);
+  EXPECT_GT(mirrored, 0.01 * direct);
+  // The mirror image of height -h, in the middle of its streak (the streak is brighter toward the
+  // horizon, where water mirrors more).
+  const auto mirror_px = Camera(*scene.site.camera).project({40.0, -3.0, -0.65});
+  ASSERT_TRUE(mirror_px);
+  EXPECT_NEAR(row_px / mirrored, mirror_px->y(), 1.5);
+}
+
+TEST(WaterReflectance, FresnelAtItsEnds) {
+  EXPECT_NEAR(water_reflectance(0.5 * kPi), std::pow(0.33 / 2.33, 2), 1e-12);
+  EXPECT_NEAR(water_reflectance(0.0), 1.0, 1e-12);
+  // At Brewster's angle one polarisation vanishes; the other is ((n^2 - 1) / (n^2 + 1))^2.
+  const double n2 = 1.33 * 1.33;
+  EXPECT_NEAR(water_reflectance(0.5 * kPi - std::atan(1.33)),
+              0.5 * std::pow((n2 - 1) / (n2 + 1), 2), 1e-12);
+}
+
+TEST(Renderer, NeedsACameraWithAnExposure) {
+  Scenario scene = small_scene();
+  scene.site.camera->exposure_s.reset();
+  EXPECT_THROW(Renderer{scene}, std::invalid_argument);
+  scene.site.camera.reset();
+  EXPECT_THROW(Renderer{scene}, std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace vildar
