@@ -8,8 +8,8 @@
 namespace vildar {
 namespace {
 
-constexpr int kGridRows = 64;
-constexpr int kGridColumns = 120;
+constexpr int kGridRows = 48;
+constexpr int kGridColumns = 72;
 constexpr double kQuantisation = 0.28867513459481287;  // sigma of rounding, 1 / sqrt(12)
 constexpr double kClipMargin = 0.02;                   // of black..white; what compression rings
 constexpr std::int64_t kPlateauPixels = 24;

@@ -15,7 +15,7 @@ struct Levels {
   int threshold_code = 0;        ///< a pixel at or above it is bright
 };
 
-/// Background, noise and threshold from a grid of about 8000 pixels, for planes of any size.
+/// Background, noise and threshold from a grid of a few thousand pixels.
 class LevelMeter {
  public:
   Levels measure(const LumaView& luma, const DetectOptions& options);
