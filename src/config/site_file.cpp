@@ -188,6 +188,8 @@ Site read_site(const YamlMap& map) {
   if (const auto lamps = map.map("lamps")) {
     lamps->read("height_m", site.lamps.height_m, kPositive);
     lamps->read("separation_m", site.lamps.separation_m, kPositive);
+    lamps->read("tail_height_m", site.lamps.tail_height_m, kPositive);
+    lamps->read("tail_separation_m", site.lamps.tail_separation_m, kPositive);
   }
   if (const auto channel = map.map("channel")) site.channel = read_channel(*channel);
   if (const auto ego = map.map("ego")) site.ego = read_ego(*ego);

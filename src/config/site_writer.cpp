@@ -184,11 +184,13 @@ std::string effective_site_yaml(const Site& site) {
   for (const PhotodiodeSite& diode : site.photodiodes) write_photodiode(out, diode);
   out += "mains_hz: " + number(site.mains_hz) + "\n";
   write_road(out, site.road);
-  if (site.lamps.height_m || site.lamps.separation_m) {
+  if (site.lamps != LampsSite{}) {
     out += "lamps:\n";
     Lines lines(out, "  ", "  ");
     lines.put("height_m", site.lamps.height_m);
     lines.put("separation_m", site.lamps.separation_m);
+    lines.put("tail_height_m", site.lamps.tail_height_m);
+    lines.put("tail_separation_m", site.lamps.tail_separation_m);
   }
   if (site.channel) write_channel(out, *site.channel);
   if (site.ego) {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "estimate/lane_choice.h"
 #include "estimate/path_start.h"
@@ -12,24 +13,32 @@ namespace {
 constexpr int kFewestFrames = 5;
 constexpr double kShortest_s = 0.2;
 // Tail lamps are mounted higher and wider apart than the headlamps that the site file describes.
-constexpr double kTailLampWidening = 1.5;
+// Spread of tail lamps about what the site file says of headlamps: UN R48 lets rear position lamps
+// stand from 0.35 to 1.5 m high.
+constexpr double kTailLampSpread_m = 0.2;
 // A quantity that the site file calls known is taken as good to this, which a tape measure is.
 constexpr double kKnown_m = 0.005;
 
 Uncertain with_floor(Uncertain value) { return {value.mean, std::max(value.std, kKnown_m)}; }
 
+// What the site says of the lamps that this track shows.
+std::optional<Uncertain> lamp_prior_m(const std::optional<Uncertain>& head_m,
+                                      const std::optional<Uncertain>& tail_m, LampKind kind) {
+  if (kind != LampKind::taillamp) return head_m;
+  if (tail_m || !head_m) return tail_m;
+  return Uncertain{head_m->mean, std::max(head_m->std, kTailLampSpread_m)};
+}
+
 MetricPriors priors_of(const Site& site, const VehicleTrack& track) {
-  const double widening = track.kind == LampKind::taillamp ? kTailLampWidening : 1.0;
   const CameraSite& camera = *site.camera;
   MetricPriors priors;
-  if (site.lamps.height_m) {
-    const Uncertain& height_m = *site.lamps.height_m;
-    priors.drop_m = with_floor({camera.position_m[2].mean - height_m.mean,
-                                std::hypot(widening * height_m.std, camera.position_m[2].std)});
-  }
-  if (site.lamps.separation_m)
-    priors.separation_m =
-        with_floor({site.lamps.separation_m->mean, widening * site.lamps.separation_m->std});
+  const LampsSite& lamps = site.lamps;
+  if (const auto height_m = lamp_prior_m(lamps.height_m, lamps.tail_height_m, track.kind))
+    priors.drop_m = with_floor({camera.position_m[2].mean - height_m->mean,
+                                std::hypot(height_m->std, camera.position_m[2].std)});
+  if (const auto separation_m =
+          lamp_prior_m(lamps.separation_m, lamps.tail_separation_m, track.kind))
+    priors.separation_m = with_floor(*separation_m);
   if (site.road.radius_m) priors.radius_m = with_floor(*site.road.radius_m);
   priors.turn_rad = {Uncertain{0.0, camera.yaw_rad.std}, Uncertain{0.0, camera.pitch_rad.std},
                      Uncertain{0.0, camera.roll_rad.std}};
@@ -137,10 +146,12 @@ Outcome<Trajectory> fit_trajectory(const VehicleTrack& track, const Camera& came
   if (site.ego) trajectory.ego = EgoMotion(*site.ego);
   if (!trajectory.ego.covers(from_s, to_s))
     warnings.push_back("the ego speed trace does not span the whole track; its end speed is held");
-  if (track.kind == LampKind::taillamp)
+  if (track.kind == LampKind::taillamp &&
+      !(site.lamps.tail_height_m && site.lamps.tail_separation_m))
     warnings.push_back(
-        "tail lamps: the site's lamp height and separation, which describe "
-        "headlamps, were used with 1.5 times their spread");
+        "tail lamps: the site file has no lamps.tail_height_m or no tail_separation_m; the "
+        "headlamps' "
+        "mean was taken with a std of at least 0.2 m");
   GeometryProblem& problem = trajectory.problem;
   problem.setting = path_setting(*site.camera, site.road);
   problem.lamps = view.lamps;

@@ -84,8 +84,10 @@ struct RoadSite {
 };
 
 struct LampsSite {
-  std::optional<Uncertain> height_m;
-  std::optional<Uncertain> separation_m;
+  std::optional<Uncertain> height_m;      ///< of headlamps
+  std::optional<Uncertain> separation_m;  ///< of headlamps
+  std::optional<Uncertain> tail_height_m;
+  std::optional<Uncertain> tail_separation_m;
 
   bool operator==(const LampsSite&) const = default;
 };

@@ -109,6 +109,8 @@ TEST(SiteFile, EveryKeyArrivesInItsPlaceAndUnit) {
   EXPECT_EQ(site.road.speed_limit_mps, 13.9);
   EXPECT_EQ(site.lamps.height_m, (Uncertain{0.68, 0.08}));
   EXPECT_EQ(site.lamps.separation_m, (Uncertain{1.25, 0.12}));
+  EXPECT_EQ(site.lamps.tail_height_m, (Uncertain{0.85, 0.15}));
+  EXPECT_EQ(site.lamps.tail_separation_m, (Uncertain{1.2, 0.0}));
   ASSERT_TRUE(site.channel);
   EXPECT_EQ(site.channel->gain_db, (Uncertain{-49.32, 3.0}));
   EXPECT_EQ(site.channel->path_loss_exponent, (Uncertain{1.21, 0.05}));

@@ -44,6 +44,8 @@ road:
 lamps:                        # what vehicles are like, for those not measured one by one
   height_m: {mean: 0.68, std: 0.08}
   separation_m: {mean: 1.25, std: 0.12}
+  tail_height_m: {mean: 0.85, std: 0.15}
+  tail_separation_m: 1.2
 channel:
   gain_db: {mean: -49.32, std: 3.0}      # K_dB: power at D = 1 m over the lamp's total power
   path_loss_exponent: {mean: 1.21, std: 0.05}
