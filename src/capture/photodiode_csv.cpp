@@ -80,7 +80,7 @@ class CsvReader {
 
  private:
   void read_lines(const char* from, const char* to);
-  bool read_row_fast(const char*& at);
+  bool read_row_fast(const char*& at, const char* to);
   void read_line(std::string_view line);
   void read_row(std::string_view line);
   void read_last_line(std::string_view line);
@@ -147,7 +147,7 @@ void CsvReader::read_lines(const char* from, const char* to) {
   while (at < to) {
     const char* start = at;
     ++line_;
-    if (header_ && read_row_fast(at)) {
+    if (header_ && read_row_fast(at, to)) {
       last_row_bytes_ = static_cast<std::size_t>(at - start);
       add_row();
       continue;
@@ -159,15 +159,20 @@ void CsvReader::read_lines(const char* from, const char* to) {
   }
 }
 
-/// A row of plain numbers in every column; false, with nothing taken, for all that is not so
+/// A row of finite numbers in every column; false, with nothing taken, for all that is not so
 /// simple.
-bool CsvReader::read_row_fast(const char*& at) {
+bool CsvReader::read_row_fast(const char*& at, const char* to) {
   const char* cell = at;
   for (std::size_t column = 0; column < header_->roles.size(); ++column) {
     if (column > 0 && *cell++ != ',') return false;
     while (*cell == ' ') ++cell;
     double value = 0.0;
-    if (!read_plain_number(cell, value)) return false;
+    if (const char* start = cell; !read_plain_number(cell, value)) {
+      const auto [end, error] = std::from_chars(start, to, value);
+      if (error != std::errc() || !(std::abs(value) < std::numeric_limits<float>::max()))
+        return false;
+      cell = end;
+    }
     const int role = header_->roles[column];
     if (role >= 0)
       row_values_[static_cast<std::size_t>(role)] = static_cast<float>(value);

@@ -1,0 +1,89 @@
+#include "condition/noise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "core/random.h"
+
+namespace vildar {
+namespace {
+
+/// A vehicle at constant speed on top of a level, gamma = 2, nearest at 5 m; power 1 at 1 m.
+double passing_w(double time_s, double at_s) {
+  const double along_m = 15.0 * (time_s - at_s);
+  return time_s > at_s ? 0.0 : 1.0 / (along_m * along_m + 25.0);
+}
+
+PowerTrace trace_of(double rate_hz, double duration_s,
+                    const std::function<double(double)>& power_w) {
+  PowerTrace trace;
+  for (int k = 0; k < duration_s * rate_hz; ++k) {
+    trace.time_s.push_back(k / rate_hz);
+    trace.power_w.push_back(static_cast<float>(power_w(k / rate_hz)));
+  }
+  set_levels(trace);
+  return trace;
+}
+
+TEST(Noise, MedianAndQuantilesMatchSorting) {
+  Random random(1);
+  for (std::size_t n = 1; n < 40; ++n) {
+    std::vector<double> values(n);
+    for (double& value : values) value = random.normal();
+    std::vector<double> sorted = values;
+    std::sort(sorted.begin(), sorted.end());
+    EXPECT_EQ(median_of(values),
+              n % 2 != 0 ? sorted[n / 2] : 0.5 * (sorted[n / 2 - 1] + sorted[n / 2]));
+    EXPECT_EQ(quantile_of(values, 0.0), sorted.front());
+    EXPECT_EQ(quantile_of(values, 1.0), sorted.back());
+  }
+}
+
+TEST(Noise, SigmaIsThatOfTheWhiteNoiseWhateverPasses) {
+  constexpr double kSigma_w = 2e-3;
+  // The median of |step| over n samples scatters by about 1.2 / sqrt(n) of itself (steps
+  // correlated); 5 sigma.
+  constexpr double kRelative = 5.0 * 1.2 / 141.0;
+  Random random(2);
+  for (const double vehicle : {0.0, 1.0}) {
+    const PowerTrace trace = trace_of(1000, 20, [&](double t) {
+      return 0.3 + 0.01 * t + vehicle * passing_w(t, 8.0) + random.normal(0.0, kSigma_w);
+    });
+    EXPECT_NEAR(trace.noise_sigma_w / kSigma_w, 1.0, kRelative);
+    EXPECT_NEAR(trace.sample_period_s, 1e-3, 1e-12);
+  }
+}
+
+TEST(Noise, RoundingIsNoiseWhereTheConverterHidesTheRest) {
+  int k = 0;
+  const PowerTrace trace = trace_of(1000, 5, [&](double) { return k++ % 100 < 70 ? 0.25 : 0.5; });
+  EXPECT_NEAR(trace.noise_sigma_w, 0.25 / std::sqrt(12.0), 1e-6);
+}
+
+TEST(Noise, AmbientIsTheDarkLevelUnderNoiseFlickerAndVehicles) {
+  constexpr double kAmbient_w = 0.05, kSigma_w = 1e-3;
+  Random random(3);
+  for (const double flicker_hz : {100.0, 120.0}) {
+    const PowerTrace trace = trace_of(2000, 30, [&](double t) {
+      return kAmbient_w * (1.0 + 0.3 * std::sin(2.0 * kPi * flicker_hz * t)) + passing_w(t, 7.0) +
+             passing_w(t, 19.0) + random.normal(0.0, kSigma_w);
+    });
+    // Means of 100 samples scatter by 1e-4; the far light of a vehicle at 100 m is as much.
+    EXPECT_NEAR(trace.ambient_w, kAmbient_w, 2e-4);
+  }
+  const PowerTrace dark = trace_of(100, 60, [&](double) { return random.normal(0.0, kSigma_w); });
+  EXPECT_NEAR(dark.ambient_w, 0.0, 1e-4)
+      << "1200 means of 5 samples, their median to 1.6e-5, less a slight cut of the top";
+}
+
+TEST(Noise, AFewSamplesAreNoFault) {
+  for (const double duration_s : {0.0, 0.001, 0.002, 0.003}) {
+    const PowerTrace trace = trace_of(1000, duration_s, [](double) { return 0.5; });
+    EXPECT_EQ(trace.noise_sigma_w, 0.0);
+    EXPECT_EQ(trace.ambient_w, trace.time_s.empty() ? 0.0 : 0.5);
+  }
+}
+
+}  // namespace
+}  // namespace vildar

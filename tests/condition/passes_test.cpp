@@ -1,0 +1,105 @@
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "condition/condition.h"
+#include "condition/noise.h"
+#include "core/random.h"
+
+namespace vildar {
+namespace {
+
+constexpr double kSigma_w = 2e-4;
+
+struct Scene {
+  double rate_hz = 1000.0;
+  double duration_s = 20.0;
+  std::vector<double> vehicles_s = {};  ///< when each passes, at 15 m/s, 5 m away
+  double flicker_w = 0.0;               ///< of a lamp at 100 Hz
+};
+
+double light_w(const Scene& scene, double time_s) {
+  double power_w = 0.02 + scene.flicker_w * std::sin(2.0 * kPi * 100.0 * time_s);
+  for (const double at_s : scene.vehicles_s) {
+    const double along_m = 15.0 * (time_s - at_s);
+    if (along_m < 0.0) power_w += 1.0 / (along_m * along_m + 25.0);
+  }
+  return power_w;
+}
+
+PowerTrace trace_of(const Scene& scene, Random& random,
+                    const std::function<bool(double)>& lost = {}) {
+  PowerTrace trace;
+  for (int k = 0; k < scene.duration_s * scene.rate_hz; ++k) {
+    const double time_s = k / scene.rate_hz;
+    if (lost && lost(time_s)) continue;
+    trace.time_s.push_back(time_s);
+    trace.power_w.push_back(
+        static_cast<float>(light_w(scene, time_s) + random.normal(0.0, kSigma_w)));
+  }
+  set_levels(trace);
+  return trace;
+}
+
+TEST(FindPasses, DarknessHasNone) {
+  Random random(1);
+  for (int trial = 0; trial < 20; ++trial) {
+    EXPECT_TRUE(find_passes(trace_of({.rate_hz = 1000, .duration_s = 10}, random)).empty());
+    EXPECT_TRUE(find_passes(trace_of({.rate_hz = 100, .duration_s = 30}, random)).empty());
+  }
+  EXPECT_TRUE(find_passes(trace_of({.flicker_w = 0.01}, random)).empty())
+      << "flicker of 50 sigma is no vehicle";
+  EXPECT_TRUE(find_passes(PowerTrace{}).empty());
+}
+
+TEST(FindPasses, EachVehicleIsOnePassAroundItsPeak) {
+  Random random(2);
+  for (const double rate_hz : {100.0, 1000.0, 10000.0}) {
+    const std::vector<PowerPass> passes =
+        find_passes(trace_of({.rate_hz = rate_hz, .vehicles_s = {6.0, 15.0}}, random));
+    ASSERT_EQ(passes.size(), 2U) << rate_hz;
+    const double block_s = std::max(0.02, 4.0 / rate_hz);
+    for (const auto& [pass, at_s] : {std::pair(passes[0], 6.0), std::pair(passes[1], 15.0)}) {
+      EXPECT_NEAR(pass.peak_s, at_s, 1.1 * block_s);
+      EXPECT_NEAR(pass.to_s, at_s, 1.1 * block_s);
+      // Half the threshold of 2 % of the peak is 1 % of 1/25 W, the power from 49.7 m away, 3.3 s
+      // before; noise may end it sooner.
+      EXPECT_NEAR(pass.from_s, at_s - 3.3, 0.8);
+    }
+  }
+}
+
+TEST(FindPasses, VehiclesInAQueueAreParted) {
+  Random random(3);
+  const std::vector<PowerPass> passes =
+      find_passes(trace_of({.vehicles_s = {8.0, 9.5, 11.0}}, random));
+  ASSERT_EQ(passes.size(), 3U);
+  for (std::size_t k = 0; k < 3; ++k)
+    EXPECT_NEAR(passes[k].peak_s, 8.0 + 1.5 * static_cast<double>(k), 0.03);
+  EXPECT_LE(passes[0].to_s, passes[1].from_s + 1e-9);
+  EXPECT_LE(passes[1].to_s, passes[2].from_s + 1e-9);
+}
+
+TEST(FindPasses, AGapWithinAPassDoesNotPartIt) {
+  Random random(4);
+  const auto lost = [](double time_s) { return time_s > 5.0 && time_s < 5.4; };
+  const std::vector<PowerPass> passes = find_passes(trace_of({.vehicles_s = {6.0}}, random, lost));
+  ASSERT_EQ(passes.size(), 1U);
+  EXPECT_LT(passes[0].from_s, 5.0);
+  EXPECT_NEAR(passes[0].to_s, 6.0, 0.03);
+}
+
+TEST(FindPasses, TimeReversedGivesTheSamePassesReversed) {
+  Random random(5);
+  PowerTrace trace = trace_of({.vehicles_s = {6.0, 15.0}}, random);
+  const std::vector<PowerPass> forward = find_passes(trace);
+  const double end_s = trace.time_s.back();
+  std::reverse(trace.power_w.begin(), trace.power_w.end());
+  const std::vector<PowerPass> backward = find_passes(trace);
+  ASSERT_EQ(forward.size(), backward.size());
+  for (std::size_t k = 0; k < forward.size(); ++k)
+    EXPECT_NEAR(backward[forward.size() - 1 - k].peak_s, end_s - forward[k].peak_s, 0.021);
+}
+
+}  // namespace
+}  // namespace vildar
