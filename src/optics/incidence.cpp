@@ -1,0 +1,26 @@
+#include "optics/incidence.h"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace vildar {
+
+PaperPlace straight_place(Metres range, Metres perpendicular) {
+  PaperPlace place{range.value(), perpendicular.value(), 0.0, 0.0};
+  place.distance_m = std::hypot(place.range_m, place.perpendicular_m);
+  if (!(place.distance_m > 0.0))
+    throw std::domain_error("straight_place: distance must be positive");
+  place.incidence_rad = std::atan2(std::abs(place.perpendicular_m), place.range_m);
+  return place;
+}
+
+PaperPlace curved_place(const PaperCurve& curve, Radians arc_angle) {
+  if (!(curve.radius_m > 0.0)) throw std::domain_error("curved_place: radius must be positive");
+  const double beta_rad = arc_angle.value();
+  // 1 - cos(beta), without its cancellation near the end of the arc.
+  const double half_sine = std::sin(0.5 * beta_rad);
+  return straight_place(Metres(curve.straight_m + curve.radius_m * std::sin(beta_rad)),
+                        Metres(curve.lateral_m + 2.0 * curve.radius_m * half_sine * half_sine));
+}
+
+}  // namespace vildar
