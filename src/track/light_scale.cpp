@@ -22,11 +22,15 @@ void LightScale::add(LampKind kind, double strength, bool clips) {
 }
 
 std::optional<double> LightScale::typical(LampKind kind) const {
-  std::vector<double> strengths = of(kind).strengths;
-  if (strengths.size() < kFewest) return std::nullopt;
-  const auto upper = strengths.begin() + static_cast<std::ptrdiff_t>(3 * strengths.size() / 4);
-  std::nth_element(strengths.begin(), upper, strengths.end());
-  return *upper;
+  const auto upper_quartile = [](std::vector<double> strengths) -> std::optional<double> {
+    if (strengths.size() < kFewest) return std::nullopt;
+    const auto upper = strengths.begin() + static_cast<std::ptrdiff_t>(3 * strengths.size() / 4);
+    std::nth_element(strengths.begin(), upper, strengths.end());
+    return *upper;
+  };
+  const std::optional<double> tail = upper_quartile(tail_.strengths);
+  if (kind == LampKind::taillamp) return tail;
+  return std::max(upper_quartile(head_.strengths), tail);
 }
 
 bool LightScale::usually_clips(LampKind kind) const {

@@ -13,7 +13,8 @@ class LightScale {
  public:
   /// `strength` of a vehicle that is beyond doubt, and whether its lamps clip.
   void add(LampKind kind, double strength, bool clips);
-  /// Upper quartile of the latest ones; nothing before there are enough.
+  /// Upper quartile of the latest ones, for headlamps at least that of tail lamps; nothing before
+  /// there are enough.
   std::optional<double> typical(LampKind kind) const;
   /// Whether most lamps clip; false before there are enough.
   bool usually_clips(LampKind kind) const;

@@ -79,6 +79,16 @@ bool rides_on(const Lamp& lamp, const Vehicle& vehicle, const RoadView& view) {
   return inside && (moves_with(lamp, *vehicle.left) || moves_with(lamp, *vehicle.right));
 }
 
+// The shine of a headlamp on the road is drawn out toward the viewer; the lamp itself is not tall.
+bool is_streak(const Lamp& lamp) {
+  constexpr double kTall = 1.6;
+  constexpr int kLeast_px = 8;
+  if (lamp.kind() == LampKind::taillamp) return false;
+  const PixelBox& box = lamp.records.back().sighting.box;
+  const int width_px = box.u_max - box.u_min + 1, height_px = box.v_max - box.v_min + 1;
+  return height_px >= kLeast_px && height_px > kTall * width_px;
+}
+
 bool stands_still(const Lamp& lamp, const RoadView& view) {
   constexpr double kLongEnough_s = 1.0, kStill_px = 5.0, kStill_m = 1.0;
   if (view.moving_sensor() || lamp.lived_s() < kLongEnough_s) return false;
@@ -101,7 +111,7 @@ void note_look_alikes(const Lamps& lamps, const Vehicles& vehicles, const RoadVi
     const bool mirrored = std::any_of(lamps.begin(), lamps.end(), [&](const auto& source) {
       return source != lamp && source->seen_at(frame) && mirrors(*lamp, *source, view);
     });
-    lamp->mirrored.add(mirrored, kMemory);
+    lamp->mirrored.add(mirrored || is_streak(*lamp), kMemory);
     if (lamp->vehicle) continue;
     const bool riding = std::any_of(vehicles.begin(), vehicles.end(), [&](const auto& vehicle) {
       return vehicle->left && vehicle->right && rides_on(*lamp, *vehicle, view);

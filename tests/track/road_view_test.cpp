@@ -1,0 +1,75 @@
+#include "track/road_view.h"
+
+#include <gtest/gtest.h>
+
+#include "scene.h"
+
+namespace vildar {
+namespace {
+
+// The pair's own projection is the truth: separation and elevation then agree, chi2 is nought.
+TEST(RoadView, FitPairRecoversDepthOfAProjectedPair) {
+  for (const double yaw_deg : {-12.0, 0.0, 20.0}) {
+    Site site = scene::site_of(5.0, -6.0, 1400.0, 1920, 1080);
+    site.camera->yaw_rad.mean = radians_from_degrees(yaw_deg);
+    site.camera->roll_rad.mean = radians_from_degrees(3.0);
+    const RoadView view(site);
+    const Camera camera(*site.camera);
+    for (const double x_m : {20.0, 50.0, 120.0}) {
+      const Eigen::Vector3d middle_m(x_m, -4.0, view.lamp_height_m());
+      const Eigen::Vector3d half_m(0.0, 0.5 * view.separation_m(), 0.0);
+      const auto left_px = view.spot_from_pixel(*camera.project(middle_m + half_m));
+      const auto right_px = view.spot_from_pixel(*camera.project(middle_m - half_m));
+      ASSERT_TRUE(left_px && right_px);
+      const PairFit fit = view.fit_pair(*left_px, *right_px, 0.5);
+      const double depth_m = (camera.camera_from_road() * (middle_m - camera.position_m())).z();
+      // The pair's tilt in depth enters to second order only: (1.25 / 20)^2 at most.
+      EXPECT_NEAR(fit.inverse_depth_per_m * depth_m, 1.0, 0.005) << x_m << " " << yaw_deg;
+      EXPECT_LT(fit.chi2, 0.1);
+      const Eigen::Vector2d between_px = 0.5 * (*left_px + *right_px);
+      EXPECT_NEAR(view.road_at(between_px, fit.inverse_depth_per_m).lateral_m, -4.0, 0.1);
+      EXPECT_GT(view.fit_pair(*left_px, *right_px + 3.0 * (*right_px - *left_px), 0.5).chi2, 20.0);
+    }
+  }
+}
+
+TEST(RoadView, FlowIsTheDerivativeOfTheProjection) {
+  const Site site = scene::site_of(5.0, -6.0, 1400.0, 1920, 1080);
+  const RoadView view(site);
+  const Camera camera(*site.camera);
+  const Eigen::Vector3d at_m(40.0, -4.0, view.lamp_height_m());
+  constexpr double kStep_m = 1e-4;
+  const auto spot = [&](const Eigen::Vector3d& point_m) {
+    return *view.spot_from_pixel(*camera.project(point_m));
+  };
+  const LampPlace place = view.place(spot(at_m));
+  const auto flow = [&](const Eigen::Vector3d& way) {
+    return Eigen::Vector2d((spot(at_m + kStep_m * way) - spot(at_m - kStep_m * way)) /
+                           (2 * kStep_m));
+  };
+  EXPECT_LT((flow(-Eigen::Vector3d::UnitX()) - place.inverse_depth_per_m * place.toward_px).norm(),
+            1e-4);
+  EXPECT_LT((flow(Eigen::Vector3d::UnitY()) - place.inverse_depth_per_m * place.across_px).norm(),
+            1e-4);
+  EXPECT_LT((flow(-Eigen::Vector3d::UnitZ()) - place.inverse_depth_per_m * place.down_px).norm(),
+            1e-4);
+}
+
+TEST(RoadView, LanesAndEgoSpeed) {
+  Site site = scene::site_of(5.0, -6.0, 1400.0, 1920, 1080);
+  EXPECT_EQ(RoadView(site).beyond_lanes_m(50.0), 0.0);
+  site.road.lanes = {{"a", {-4.0, 0.0}, 3.0, Direction::oncoming},
+                     {"b", {2.0, 0.0}, 4.0, Direction::receding}};
+  site.ego = EgoSite{Uncertain{}, {}, {{1.0, 10.0, 0.0}, {3.0, 14.0, 0.0}}};
+  const RoadView view(site);
+  EXPECT_DOUBLE_EQ(view.beyond_lanes_m(-7.5), 2.0);
+  EXPECT_DOUBLE_EQ(view.beyond_lanes_m(-1.0), 0.0);
+  EXPECT_DOUBLE_EQ(view.beyond_lanes_m(5.0), 1.0);
+  EXPECT_DOUBLE_EQ(*view.off_lane_centre_m(1.0), 1.0);
+  EXPECT_DOUBLE_EQ(view.ego_speed_mps(0.0), 10.0);
+  EXPECT_DOUBLE_EQ(view.ego_speed_mps(2.5), 13.0);
+  EXPECT_DOUBLE_EQ(view.ego_speed_mps(9.0), 14.0);
+}
+
+}  // namespace
+}  // namespace vildar
