@@ -20,14 +20,17 @@ struct EvaluateArguments {
   bool json = false;
 };
 
-// The road frame has its origin below the mast, but a site may place its camera elsewhere.
+// The road frame has its origin below the mast, but a site may place its camera elsewhere; and it
+// alone knows of a rolling shutter.
 EvaluateOptions options_of(const std::filesystem::path& truth_folder) {
   EvaluateOptions options;
   const std::filesystem::path file = truth_folder / "site.yaml";
   if (!std::filesystem::exists(file)) return options;
   const Site site = load_site(file);
-  if (site.camera)
-    options.camera_xy_m = {site.camera->position_m[0].mean, site.camera->position_m[1].mean};
+  if (!site.camera) return options;
+  options.camera_xy_m = {site.camera->position_m[0].mean, site.camera->position_m[1].mean};
+  options.rolling_shutter_s = site.camera->rolling_shutter_s;
+  options.image_height_px = site.camera->height_px;
   return options;
 }
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "core/quantity.h"
 #include "evaluate/matching.h"
 
 namespace vildar {
@@ -24,19 +24,25 @@ struct SquareSum {
   }
 };
 
+double row_delay_s(const LampPixels& lamps, const EvaluateOptions& options) {
+  if (!lamps.any()) return 0.0;
+  const double row_fraction = (lamps.middle_px().y() + 0.5) / options.image_height_px - 0.5;
+  return row_fraction * options.rolling_shutter_s;
+}
+
 void compare_places(const TruthVehicle& truth, const RunVehicle& run,
-                    const Eigen::Vector2d& camera_xy_m, SquareSum& azimuth_rad,
-                    SquareSum& range_m) {
+                    const EvaluateOptions& options, SquareSum& azimuth_rad, SquareSum& range_m) {
   std::map<std::int64_t, const TruthSighting*> by_frame;
   for (const TruthSighting& sighting : truth.sightings) by_frame.emplace(sighting.frame, &sighting);
   for (const RunSighting& sighting : run.sightings) {
     const auto found = by_frame.find(sighting.frame);
     if (found == by_frame.end()) continue;
     const TruthSighting& there = *found->second;
-    if (sighting.azimuth_rad && there.x_m && there.y_m) {
-      const double true_rad =
-          std::atan2(*there.y_m - camera_xy_m.y(), *there.x_m - camera_xy_m.x());
-      azimuth_rad.add(std::remainder(*sighting.azimuth_rad - true_rad, 2.0 * std::acos(-1.0)));
+    const auto place_m = truth.place_at(there.t_s + row_delay_s(sighting.lamps, options));
+    if (sighting.azimuth_rad && place_m) {
+      const Eigen::Vector2d ray_m = *place_m - options.camera_xy_m;
+      azimuth_rad.add(
+          std::remainder(*sighting.azimuth_rad - std::atan2(ray_m.y(), ray_m.x()), 2.0 * kPi));
     }
     if (sighting.range_m && there.range_m) range_m.add(*sighting.range_m - *there.range_m);
   }
@@ -140,10 +146,10 @@ Evaluation evaluate(const std::vector<TruthVehicle>& truth, const RunFolder& run
     truth_of_run[*matching.run_of_truth[i]] = &truth[i];
     VehicleScore& score = result.vehicles.emplace_back(score_of(truth[i], vehicle));
     SquareSum own_azimuth_rad, own_range_m;
-    compare_places(truth[i], vehicle, options.camera_xy_m, own_azimuth_rad, own_range_m);
+    compare_places(truth[i], vehicle, options, own_azimuth_rad, own_range_m);
     score.azimuth_rms_rad = own_azimuth_rad.rms();
     score.range_rms_m = own_range_m.rms();
-    compare_places(truth[i], vehicle, options.camera_xy_m, azimuth_rad, range_m);
+    compare_places(truth[i], vehicle, options, azimuth_rad, range_m);
   }
   for (std::size_t j = 0; j < run.vehicles.size(); ++j) {
     const RunVehicle& vehicle = run.vehicles[j];

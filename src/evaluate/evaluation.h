@@ -13,9 +13,12 @@
 
 namespace vildar {
 
+/// What the true bearings depend on besides the truth.
 struct EvaluateOptions {
-  /// Where the camera stands in the road frame, for the true bearings.
-  Eigen::Vector2d camera_xy_m = Eigen::Vector2d::Zero();
+  Eigen::Vector2d camera_xy_m = Eigen::Vector2d::Zero();  ///< in the road frame
+  /// First row to last row; with a rolling shutter the bearing of a lamp holds at its row's time.
+  double rolling_shutter_s = 0.0;
+  int image_height_px = 1;
 };
 
 /// What became of one vehicle, true or false.

@@ -189,6 +189,13 @@ std::optional<double> TruthVehicle::range_at(double t_s) const {
   return interpolated(sightings, t_s, &TruthSighting::range_m);
 }
 
+std::optional<Eigen::Vector2d> TruthVehicle::place_at(double t_s) const {
+  const auto x_m = interpolated(sightings, t_s, &TruthSighting::x_m);
+  const auto y_m = interpolated(sightings, t_s, &TruthSighting::y_m);
+  if (!x_m || !y_m) return std::nullopt;
+  return Eigen::Vector2d(*x_m, *y_m);
+}
+
 std::vector<TruthVehicle> read_truth_folder(const std::filesystem::path& folder) {
   std::vector<TruthVehicle> vehicles;
   IndexOf index;

@@ -14,6 +14,11 @@ namespace vildar {
 struct LampPixels {
   std::optional<Eigen::Vector2d> left_px, right_px;
   bool any() const { return left_px || right_px; }
+  /// Of the pair, or the one lamp there is. Requires any().
+  Eigen::Vector2d middle_px() const {
+    if (left_px && right_px) return 0.5 * (*left_px + *right_px);
+    return left_px ? *left_px : *right_px;
+  }
 };
 
 /// A speed as a run states it; what the file leaves empty is absent.
@@ -85,6 +90,8 @@ struct TruthVehicle {
   std::optional<double> speed_at(double t_s) const;
   /// Interpolated; absent outside the sightings.
   std::optional<double> range_at(double t_s) const;
+  /// x and y in the road frame, interpolated; absent outside the sightings.
+  std::optional<Eigen::Vector2d> place_at(double t_s) const;
 };
 
 /// Reads DIR/truth_vehicles.csv and DIR/truth_tracks.csv. Throws InputError.

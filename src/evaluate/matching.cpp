@@ -12,17 +12,12 @@ namespace {
 constexpr double kSmallestScale_px = 10.0;
 constexpr double kSameVehicle = 0.5;
 
-Eigen::Vector2d middle_px(const LampPixels& lamps) {
-  if (lamps.left_px && lamps.right_px) return 0.5 * (*lamps.left_px + *lamps.right_px);
-  return lamps.left_px ? *lamps.left_px : *lamps.right_px;
-}
-
 double distance_px(const LampPixels& truth, const LampPixels& run) {
   const bool run_saw_one = !run.left_px || !run.right_px;
   if (!run_saw_one || !truth.left_px || !truth.right_px)
-    return (middle_px(truth) - middle_px(run)).norm();
-  return std::min((*truth.left_px - middle_px(run)).norm(),
-                  (*truth.right_px - middle_px(run)).norm());
+    return (truth.middle_px() - run.middle_px()).norm();
+  return std::min((*truth.left_px - run.middle_px()).norm(),
+                  (*truth.right_px - run.middle_px()).norm());
 }
 
 // Scores of pairs that may be matched; 0 for those that may not.
@@ -61,20 +56,51 @@ bool has_pixels(const TruthVehicle& vehicle) {
                              [](const TruthSighting& s) { return s.lamps.any(); });
 }
 
+struct Presence {
+  double first_s = 0.0, last_s = 0.0;
+};
+
+// Truth may go on after a vehicle went past the sensors.
+std::optional<Presence> presence_of(const TruthVehicle& truth) {
+  std::optional<Presence> presence;
+  for (const TruthSighting& sighting : truth.sightings) {
+    if (!sighting.lamps.any() && sighting.range_m && *sighting.range_m <= 0.0) continue;
+    if (!presence) presence = {sighting.t_s, sighting.t_s};
+    presence->last_s = sighting.t_s;
+  }
+  return presence;
+}
+
+// A photodiode notices a vehicle around the moment at which it is nearest, long after it came into
+// view and just before it goes past; one that drives away is nearest when it comes into view.
+double passing_time_off_s(const TruthVehicle& truth, const Presence& presence,
+                          const RunVehicle& run) {
+  const double first_off_s = std::abs(presence.first_s - run.t_first_s);
+  const double last_off_s = std::abs(presence.last_s - run.t_last_s);
+  if (truth.direction == "oncoming") return last_off_s;
+  if (truth.direction == "receding") return first_off_s;
+  return std::min(first_off_s, last_off_s);
+}
+
 double time_score(const TruthVehicle& truth, const RunVehicle& run) {
   constexpr double kNearest_m = 5.0;  // below this the range says little about who it is
-  if (truth.sightings.empty()) return 0.0;
-  const double from_s = std::max(truth.sightings.front().t_s, run.t_first_s);
-  const double to_s = std::min(truth.sightings.back().t_s, run.t_last_s);
+  constexpr double kPassing_s = 0.5;
+  constexpr double kWrongWay = 0.5;
+  const std::optional<Presence> presence = presence_of(truth);
+  if (!presence) return 0.0;
+  const double from_s = std::max(presence->first_s, run.t_first_s);
+  const double to_s = std::min(presence->last_s, run.t_last_s);
   if (to_s < from_s) return 0.0;
   const double duration_s = run.t_last_s - run.t_first_s;
   const double share = duration_s > 0.0 ? (to_s - from_s) / duration_s : 1.0;
   if (share < 0.5) return 0.0;
-  if (!run.range_ref_m || !run.outcome.speed) return share;
-  const auto true_m = truth.range_at(run.outcome.speed->t_ref_s);
-  if (!true_m) return share;
-  const double off_m = std::abs(*true_m - *run.range_ref_m);
-  return share / (1.0 + off_m / std::max(kNearest_m, std::abs(*true_m)));
+  double score = share / (1.0 + passing_time_off_s(truth, *presence, run) / kPassing_s);
+  if (!truth.direction.empty() && !run.direction.empty() && truth.direction != run.direction)
+    score *= kWrongWay;
+  if (!run.range_ref_m || !run.outcome.speed) return score;
+  if (const auto true_m = truth.range_at(run.outcome.speed->t_ref_s))
+    score /= 1.0 + std::abs(*true_m - *run.range_ref_m) / std::max(kNearest_m, std::abs(*true_m));
+  return score;
 }
 
 Scores time_scores(std::span<const TruthVehicle> truth, std::span<const RunVehicle> run,

@@ -30,8 +30,8 @@ struct Matching {
 /// lamp_similarity over the frames in which both are visible; a pair whose mean is below 0.5, or
 /// that shares fewer than half the frames of the shorter of the two, is not matched. Run vehicles
 /// without pixels (photodiode) are matched to the truth left over by time: the agreement is the
-/// share of the run's time in which the vehicle is there (at least half), less where its range does
-/// not fit.
+/// share of the run's time in which the vehicle is there (at least half), less where its moment of
+/// passing (oncoming: its end, receding: its beginning), its direction or its range does not fit.
 Matching match(std::span<const TruthVehicle> truth, std::span<const RunVehicle> run);
 
 /// Frame by frame for tracking_scores(), ids being indices. Truth that is occluded is not asked

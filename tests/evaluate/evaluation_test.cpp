@@ -105,10 +105,30 @@ TEST(Evaluation, PlacesAreComparedFrameByFrameFromTheCamera) {
     run.vehicles[0].sightings[i].azimuth_rad = std::atan2(-4.0, 30.0) + 1e-3 * error;
     run.vehicles[0].sightings[i].range_m = 40.0 + error;
   }
-  const Evaluation result = evaluate(truth, run, {{10.0, 1.0}});
+  const Evaluation result = evaluate(truth, run, {{10.0, 1.0}, 0.0, 1});
   EXPECT_NEAR(*result.azimuth_rms_rad, 1e-3 * std::sqrt(12.5), kExact);
   EXPECT_NEAR(*result.range_rms_m, std::sqrt(12.5), kExact);
   EXPECT_NEAR(*result.vehicles[0].range_rms_m, std::sqrt(12.5), kExact);
+}
+
+TEST(Evaluation, WithARollingShutterABearingHoldsAtItsRow) {
+  // 25 m/s toward the sensor; row 500 of 1080 is read 0.5 / 1080 + 500 / 1080 - 0.5 of 15 ms from
+  // the middle row, here before it, when the vehicle was still further out.
+  std::vector<TruthVehicle> truth{truth_at("a", 100, 0, 10)};
+  for (TruthSighting& sighting : truth[0].sightings) {
+    sighting.x_m = 40.0 - 25.0 * sighting.t_s;
+    sighting.y_m = -6.0;
+  }
+  const double early_s = (0.5 - 500.5 / 1080.0) * 0.015;
+  RunFolder run;
+  run.vehicles = {run_at("1", 100, 1, 10)};
+  for (RunSighting& sighting : run.vehicles[0].sightings) {
+    const double t_s = 0.1 * static_cast<double>(sighting.frame) - early_s;
+    sighting.azimuth_rad = std::atan2(-6.0, 40.0 - 25.0 * t_s);
+  }
+  constexpr double kRounding = 1e-9;
+  EXPECT_NEAR(*evaluate(truth, run, {{0.0, 0.0}, 0.015, 1080}).azimuth_rms_rad, 0.0, kRounding);
+  EXPECT_GT(*evaluate(truth, run, {}).azimuth_rms_rad, 1e-5);
 }
 
 TEST(Evaluation, AnEmptyRunMissesAllAndAnEmptyRoadMakesAllFalse) {

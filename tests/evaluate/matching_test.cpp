@@ -83,6 +83,28 @@ TEST(Matching, PassesOfAPhotodiodeAreMatchedByTime) {
   EXPECT_EQ(matching.run_of_truth[2], std::nullopt);
 }
 
+TEST(Matching, PassesFollowOneAnotherAsTheVehiclesLeave) {
+  // All are in view from the beginning; a pass is noticed only near its end.
+  std::vector<TruthVehicle> truth{truth_at("slow", 100, 0, 70), truth_at("fast", 200, 0, 70),
+                                  truth_at("medium", 300, 0, 48)};
+  for (TruthSighting& sighting : truth[1].sightings) {  // gone past at 2.1 s, truth goes on
+    sighting.lamps = {};
+    sighting.range_m = 21.0 - 10.0 * sighting.t_s;
+  }
+  const std::vector<RunVehicle> run{pass("1", 0.9, 2.4), pass("2", 3.2, 5.2), pass("3", 5.6, 7.0)};
+  const Matching matching = match(truth, run);
+  EXPECT_EQ(matching.run_of_truth[0], 2U);
+  EXPECT_EQ(matching.run_of_truth[1], 0U);
+  EXPECT_EQ(matching.run_of_truth[2], 1U);
+  // The same film backwards: the vehicles drive away.
+  std::vector<TruthVehicle> away{truth_at("slow", 100, 0, 70), truth_at("fast", 200, 49, 70)};
+  for (TruthVehicle& vehicle : away) vehicle.direction = "receding";
+  const Matching backwards =
+      match(away, std::vector<RunVehicle>{pass("1", 4.6, 6.1), pass("2", 0.0, 1.4)});
+  EXPECT_EQ(backwards.run_of_truth[0], 1U);
+  EXPECT_EQ(backwards.run_of_truth[1], 0U);
+}
+
 TEST(Matching, RangeDecidesBetweenVehiclesThatAreThereTogether) {
   std::vector<TruthVehicle> truth{truth_at("near", 100, 0, 60), truth_at("far", 100, 0, 60)};
   for (TruthSighting& sighting : truth[0].sightings) sighting.range_m = 20.0;
