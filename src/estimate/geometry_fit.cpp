@@ -2,29 +2,24 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/Eigenvalues>
-
 #include "estimate/geometry_cost.h"
 #include "estimate/solve.h"
 
 namespace vildar {
-namespace {
-
-void add_residuals(const GeometryProblem& problem, double* parameters,
-                   ceres::Problem& ceres_problem, ceres::LossFunction* loss) {
+void add_geometry(const GeometryProblem& problem, double* path, ceres::LossFunction* loss,
+                  ceres::Problem& ceres_problem) {
   for (std::size_t i = 0; i < problem.lamps.size(); ++i)
     ceres_problem.AddResidualBlock(
         new ceres::AutoDiffCostFunction<LampResidual, 2, kPathParameters>(
             new LampResidual{&problem, i}),
-        loss, parameters);
+        loss, path);
   auto* priors = new PriorResidual{&problem};
   ceres_problem.AddResidualBlock(
       new ceres::AutoDiffCostFunction<PriorResidual, ceres::DYNAMIC, kPathParameters>(
           priors, priors->count()),
-      nullptr, parameters);
+      nullptr, path);
+  hold_fixed_all_but(free_parameters(problem), kPathParameters, path, ceres_problem);
 }
-
-}  // namespace
 
 std::vector<int> free_parameters(const GeometryProblem& problem) {
   std::vector<int> free{kLogScale, kClosingRate, kAcceleration, kLateral, kDrop};
@@ -60,9 +55,8 @@ Outcome<GeometryFit> fit_geometry(const GeometryProblem& problem, const PathVect
   ceres::Problem::Options options;
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem ceres_problem(options);
-  add_residuals(problem, fit.parameters.data(), ceres_problem, &loss);
+  add_geometry(problem, fit.parameters.data(), &loss, ceres_problem);
   const std::vector<int> free = free_parameters(problem);
-  hold_fixed_all_but(free, kPathParameters, fit.parameters.data(), ceres_problem);
   const auto solved = solve(ceres_problem, {fit.parameters.data()});
   if (const Miss* miss = std::get_if<Miss>(&solved)) return *miss;
   const Solution& solution = std::get<Solution>(solved);

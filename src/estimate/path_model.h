@@ -43,8 +43,8 @@ PathSetting path_setting(const CameraSite& camera, const RoadSite& road);
 
 /// Ground point and heading of the vehicle `tau_s` after the reference time, in the road frame of
 /// that time (for a moving camera: less its own constant-speed motion).
-template <class T>
-PathPoint<T> vehicle_point(const T* p, const PathSetting& setting, double tau_s) {
+template <class T, class Time>
+PathPoint<T> vehicle_point(const T* p, const PathSetting& setting, const Time& tau_s) {
   using std::exp;
   const T scale_m = exp(p[kLogScale]);
   const T along_m = setting.camera_m.x() +

@@ -15,7 +15,7 @@ void hold_fixed_all_but(const std::vector<int>& free, int size, double* block,
   if (!fixed.empty()) problem.SetManifold(block, new ceres::SubsetManifold(size, fixed));
 }
 
-Outcome<Solution> solve(ceres::Problem& problem, const std::vector<double*>& blocks) {
+bool minimise(ceres::Problem& problem) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.max_num_iterations = 60;
@@ -25,14 +25,16 @@ Outcome<Solution> solve(ceres::Problem& problem, const std::vector<double*>& blo
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
-  if (!summary.IsSolutionUsable()) return Miss::not_converged;
+  return summary.IsSolutionUsable();
+}
 
+Outcome<Solution> solve(ceres::Problem& problem, const std::vector<double*>& blocks) {
+  if (!minimise(problem)) return Miss::not_converged;
   Solution solution;
-  solution.cost = summary.final_cost;
   ceres::CRSMatrix sparse;
   ceres::Problem::EvaluateOptions evaluate;
   evaluate.parameter_blocks = blocks;
-  problem.Evaluate(evaluate, nullptr, nullptr, nullptr, &sparse);
+  problem.Evaluate(evaluate, &solution.cost, nullptr, nullptr, &sparse);
   Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
   for (int row = 0; row < sparse.num_rows; ++row)
     for (int k = sparse.rows[static_cast<std::size_t>(row)];

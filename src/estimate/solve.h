@@ -13,6 +13,9 @@ namespace vildar {
 void hold_fixed_all_but(const std::vector<int>& free, int size, double* block,
                         ceres::Problem& problem);
 
+/// Minimises without asking how well the unknowns are determined; false where it failed.
+bool minimise(ceres::Problem& problem);
+
 struct Solution {
   double cost = 0.0;
   Eigen::MatrixXd covariance;  ///< of the free parameters, blocks in the order given

@@ -12,14 +12,17 @@ namespace {
 
 constexpr int kFewestFrames = 5;
 constexpr double kShortest_s = 0.2;
-// Tail lamps are mounted higher and wider apart than the headlamps that the site file describes.
 // Spread of tail lamps about what the site file says of headlamps: UN R48 lets rear position lamps
 // stand from 0.35 to 1.5 m high.
 constexpr double kTailLampSpread_m = 0.2;
 // A quantity that the site file calls known is taken as good to this, which a tape measure is.
 constexpr double kKnown_m = 0.005;
+// A lane's true curvature and the path driven in it differ by this share of the radius at least.
+constexpr double kKnownRadius = 0.005;
 
-Uncertain with_floor(Uncertain value) { return {value.mean, std::max(value.std, kKnown_m)}; }
+Uncertain with_floor(Uncertain value, double floor_m = kKnown_m) {
+  return {value.mean, std::max(value.std, floor_m)};
+}
 
 // What the site says of the lamps that this track shows.
 std::optional<Uncertain> lamp_prior_m(const std::optional<Uncertain>& head_m,
@@ -39,7 +42,8 @@ MetricPriors priors_of(const Site& site, const VehicleTrack& track) {
   if (const auto separation_m =
           lamp_prior_m(lamps.separation_m, lamps.tail_separation_m, track.kind))
     priors.separation_m = with_floor(*separation_m);
-  if (site.road.radius_m) priors.radius_m = with_floor(*site.road.radius_m);
+  if (site.road.radius_m)
+    priors.radius_m = with_floor(*site.road.radius_m, kKnownRadius * site.road.radius_m->mean);
   priors.turn_rad = {Uncertain{0.0, camera.yaw_rad.std}, Uncertain{0.0, camera.pitch_rad.std},
                      Uncertain{0.0, camera.roll_rad.std}};
   return priors;

@@ -5,6 +5,9 @@
 
 #include "core/clock.h"
 #include "estimate/camera_view.h"
+#include "estimate/intensity_methods.h"
+#include "estimate/joint_fit.h"
+#include "estimate/speed_gate.h"
 #include "estimate/trajectory.h"
 
 namespace vildar {
@@ -15,11 +18,9 @@ std::optional<Miss> gate_speed(const VehicleTrack& track, const MotionState& sta
                                const SpeedEstimate& speed) {
   constexpr double kFastest_mps = 100.0;
   constexpr double kClear = 3.0;  // sigmas
-  constexpr double kUseful = 0.25, kUseful_mps = 3.0;
   if (track.ambiguous_identity) return Miss::ambiguous_identity;
   if (track.direction_contradicts) return Miss::direction_contradicts;
-  if (speed.std_mps > kUseful * speed.speed_mps && speed.std_mps > kUseful_mps)
-    return Miss::too_uncertain;
+  if (!useful(speed)) return Miss::too_uncertain;
   if (speed.speed_mps - kClear * speed.std_mps > kFastest_mps) return Miss::not_on_road;
   const bool oncoming = track.direction == Direction::oncoming;
   if ((oncoming ? state.over_ground_mps : -state.over_ground_mps) < -kClear * speed.std_mps)
@@ -51,6 +52,44 @@ void report(const VehicleTrack& track, const Trajectory& trajectory, const Speed
   result.closing_speed_mps = state.closing_mps;
 }
 
+SpeedEstimate speed_of(const Trajectory& trajectory, const VehicleResult& result) {
+  const double time_s = best_time_s(trajectory, result.t_first_s, result.t_last_s);
+  return speed_estimate(trajectory.at(time_s), time_s, trajectory.ego.moving(), trajectory.frames);
+}
+
+// Adds the method `fused`, and where it holds makes it the one the program stands by.
+std::optional<JointFit> fuse(const VehicleTrack& track, const Trajectory& camera_only,
+                             const Site& site, std::span<const VehiclePower> power,
+                             VehicleResult& result) {
+  MethodResult method{Method::fused, Miss::unobservable, result.n_frames, ""};
+  const auto outcome = fit_joint(camera_only, site, power, result.t_first_s, result.t_last_s);
+  if (const Miss* miss = std::get_if<Miss>(&outcome)) {
+    method.speed = *miss;
+    result.methods.push_back(method);
+    if (*miss == Miss::bad_fit || *miss == Miss::sensors_contradict)
+      result.warnings.push_back("photodiode power does not agree with the camera (" +
+                                std::string(name_of(*miss)) + "); the speed is the camera's alone");
+    return std::nullopt;
+  }
+  JointFit joint = std::get<JointFit>(outcome);
+  const SpeedEstimate speed = speed_of(joint.trajectory, result);
+  method.samples += joint.samples;
+  VehicleResult fused = result;
+  report(track, joint.trajectory, speed, fused);
+  if (fused.withheld) {
+    method.speed = *fused.withheld;
+    result.methods.push_back(method);
+    return std::nullopt;
+  }
+  method.speed = speed;
+  result = std::move(fused);
+  result.method = Method::fused;
+  result.used_photodiode = true;
+  result.n_pd_samples = joint.samples;
+  result.methods.push_back(method);
+  return joint;
+}
+
 VehicleResult empty_result(const VehicleTrack& track) {
   VehicleResult result;
   result.track_id = track.id;
@@ -67,7 +106,7 @@ VehicleResult empty_result(const VehicleTrack& track) {
 }  // namespace
 
 VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
-                                 std::span<const VehiclePower> /*power*/) {
+                                 std::span<const VehiclePower> power) {
   if (!site.camera) throw std::invalid_argument("estimate_vehicle: the site has no camera");
   const Camera camera(*site.camera);
   VehicleEstimate estimate;
@@ -76,38 +115,31 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
   result = empty_result(track);
 
   const auto fitted = fit_trajectory(track, camera, site, result.warnings);
-  MethodResult geometry{Method::geometry_camera, Miss::unobservable, result.n_frames, ""};
-  if (const Miss* miss = std::get_if<Miss>(&fitted)) {
-    geometry.speed = *miss;
-    result.withheld = *miss;
+  const Trajectory* trajectory = std::get_if<Trajectory>(&fitted);
+  if (trajectory) {
+    const SpeedEstimate speed = speed_of(*trajectory, result);
+    report(track, *trajectory, speed, result);
   } else {
-    const Trajectory& trajectory = std::get<Trajectory>(fitted);
-    const double time_s = best_time_s(trajectory, result.t_first_s, result.t_last_s);
-    const SpeedEstimate speed =
-        speed_estimate(trajectory.at(time_s), time_s, trajectory.ego.moving(), trajectory.frames);
-    report(track, trajectory, speed, result);
-    if (result.withheld)
-      geometry.speed = *result.withheld;
-    else
-      geometry.speed = speed;
-    if (!result.withheld) add_states(trajectory, estimate.rows);
+    result.withheld = std::get<Miss>(fitted);
   }
+  MethodResult geometry{Method::geometry_camera, Miss::unobservable, result.n_frames, ""};
+  if (result.withheld)
+    geometry.speed = *result.withheld;
+  else
+    geometry.speed = result.speed;
   result.methods.push_back(geometry);
-  return estimate;
-}
 
-VehicleResult estimate_pass(const PowerPass& pass, int pass_number, const Site& site,
-                            std::span<const PowerTrace> traces) {
-  if (traces.empty()) throw std::invalid_argument("estimate_pass: no photodiode trace given");
-  const double offset_s =
-      site.photodiodes.at(static_cast<std::size_t>(traces.front().photodiode)).time_offset_s.mean;
-  VehicleResult result;
-  result.track_id = pass_number;
-  result.t_first_s = pass.from_s + offset_s;
-  result.t_last_s = pass.to_s + offset_s;
-  result.used_photodiode = true;
-  result.withheld = Miss::unobservable;
-  return result;
+  std::optional<JointFit> joint;
+  if (track.direction == Direction::oncoming && !site.ego) {
+    result.methods.push_back(camera_intensity_method(track, site, trajectory));
+    if (!power.empty()) {
+      result.methods.push_back(photodiode_method(track, site, power, trajectory));
+      if (trajectory && !result.withheld) joint = fuse(track, *trajectory, site, power, result);
+    }
+  }
+  if (trajectory && !result.withheld)
+    add_states(joint ? joint->trajectory : *trajectory, estimate.rows);
+  return estimate;
 }
 
 }  // namespace vildar

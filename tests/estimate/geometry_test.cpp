@@ -11,25 +11,256 @@ using simulated::track_of;
 using simulated::Vehicle;
 using simulated::View;
 
-VehicleResult result_of(const Vehicle& vehicle, const Site& site, const View& view,
-                        Random& random) {
+// Without noise and with the priors' means at the truth, only the solver's tolerance is left.
+constexpr double kExact = 1e-6;
+constexpr View kNoiseless{.frame_rate_hz = 15.0, .sigma_px = 1e-7};
+constexpr Vehicle kTypical{20.0, 0.0, 60.0, -4.0, 0.65, 1.2};
+
+VehicleResult result_of(const Vehicle& vehicle, const Site& site, const View& view) {
+  Random random(1);
   return estimate_vehicle(track_of(vehicle, site, view, random), site, {}).result;
 }
 
+void expect_motion(const VehicleResult& result, const Vehicle& vehicle, double tolerance) {
+  ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
+  const double t_s = result.speed.time_s;
+  EXPECT_NEAR(result.speed.speed_mps / std::abs(vehicle.speed_at_mps(t_s)), 1.0, tolerance);
+  EXPECT_LE(result.speed.lo95_mps, result.speed.speed_mps);
+  EXPECT_GE(result.speed.hi95_mps, result.speed.speed_mps);
+  EXPECT_EQ(result.method, Method::geometry_camera);
+}
+
 TEST(Geometry, RecoversTheMotionWithoutNoise) {
-  Random random(1);
   Site site = mast_site(4.0);
   site.camera->rolling_shutter_s = 0.02;
   site.camera->yaw_rad.mean = 0.05;
   site.camera->roll_rad.mean = -0.03;
-  const Vehicle vehicle{20.0, 1.0, 62.0, -4.0, 0.65, 1.2};
-  const View view{.sigma_px = 1e-6};
-  const VehicleResult result = result_of(vehicle, site, view, random);
-  ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
-  const double t_s = result.speed.time_s;
-  EXPECT_NEAR(result.speed.speed_mps / vehicle.speed_at_mps(t_s), 1.0, 1e-3);
-  EXPECT_NEAR(*result.range_ref_m / vehicle.along_at_m(t_s), 1.0, 1e-3);
+  site.camera->distortion = DistortionModel::brown;
+  site.camera->distortion_coefficients = {-0.2, 0.05, 1e-3, -1e-3, 0.0};
+  const VehicleResult result = result_of(kTypical, site, kNoiseless);
+  expect_motion(result, kTypical, kExact);
+  EXPECT_NEAR(*result.range_ref_m / kTypical.along_at_m(result.speed.time_s), 1.0, kExact);
+  EXPECT_NEAR(*result.lateral_m, -4.0, 4.0 * kExact);
+  EXPECT_NEAR(*result.acceleration_mps2, 0.0, 1e-3);
+  EXPECT_NEAR(*result.closing_speed_mps, result.speed.speed_mps, 1e-12);
   EXPECT_EQ(result.lane, "near");
+}
+
+TEST(Geometry, RecoversAcceleration) {
+  // The prior N(0, 1.5 m/s^2) pulls by its share of the information, here a few per cent.
+  constexpr double kPull_mps2 = 0.1;
+  for (const double acceleration_mps2 : {-2.0, 2.0}) {
+    Vehicle vehicle = kTypical;
+    vehicle.acceleration_mps2 = acceleration_mps2;
+    const VehicleResult result = result_of(vehicle, mast_site(4.0), kNoiseless);
+    expect_motion(result, vehicle, 0.005);
+    EXPECT_NEAR(*result.acceleration_mps2, acceleration_mps2, kPull_mps2);
+  }
+}
+
+TEST(Geometry, SpeedScalesWithTheMetricPriors) {
+  // The gauge: bearings alone cannot tell a scene from one `factor` times as large.
+  constexpr double kFactor = 1.3;
+  Site site = mast_site(4.0);
+  Random random(1);
+  const VehicleTrack track = track_of(kTypical, site, kNoiseless, random);
+  const double speed_mps = estimate_vehicle(track, site, {}).result.speed.speed_mps;
+  const auto stretch = [&](Uncertain& value) {
+    value.mean *= kFactor;
+    value.std *= kFactor;
+  };
+  const double height_m = site.lamps.height_m->mean;
+  stretch(*site.lamps.height_m);
+  site.lamps.height_m->mean = 4.0 - kFactor * (4.0 - height_m);
+  stretch(*site.lamps.separation_m);
+  stretch(site.road.lanes[0].lateral_m);
+  const VehicleResult stretched = estimate_vehicle(track, site, {}).result;
+  ASSERT_FALSE(stretched.withheld);
+  EXPECT_NEAR(stretched.speed.speed_mps / speed_mps, kFactor, 1e-5);
+}
+
+TEST(Geometry, WorksInALaneRightAheadOfTheCamera) {
+  Site site = mast_site(4.0);
+  site.road.lanes[0].lateral_m = {0.0, 0.3};
+  Vehicle vehicle = kTypical;
+  vehicle.lateral_m = 0.0;
+  expect_motion(result_of(vehicle, site, kNoiseless), vehicle, kExact);
+}
+
+TEST(Geometry, WorksOnCurves) {
+  for (const Turn turn : {Turn::left, Turn::right}) {
+    Site site = mast_site(4.0);
+    site.road.kind = RoadKind::curved;
+    site.road.radius_m = Uncertain{60.0, 0.0};
+    site.road.straight_m = 10.0;
+    site.road.turn = turn;
+    site.camera->yaw_rad.mean = turn == Turn::left ? 0.3 : -0.3;
+    Vehicle vehicle = kTypical;
+    vehicle.speed_mps = 12.0;
+    View view = kNoiseless;
+    view.to_s = 3.0;
+    const VehicleResult result = result_of(vehicle, site, view);
+    expect_motion(result, vehicle, kExact);
+    const auto place = simulated::lamps_at(vehicle, site.road, result.speed.time_s).middle_m;
+    EXPECT_NEAR(*result.range_ref_m, place.x(), 1e-4);
+    EXPECT_NEAR(*result.lateral_m, place.y(), 1e-4);
+  }
+}
+
+TEST(Geometry, OneLampIsEnough) {
+  View view = kNoiseless;
+  view.single_lamp = true;
+  expect_motion(result_of(kTypical, mast_site(4.0), view), kTypical, kExact);
+}
+
+Site dashcam_site() {
+  Site site = mast_site(1.3);
+  site.camera->pitch_rad = {0.0, 0.003};
+  site.road.lanes = {{"other", {3.5, 0.3}, 3.5, Direction::oncoming},
+                     {"own", {0.0, 0.3}, 3.5, Direction::receding}};
+  site.ego = EgoSite{{15.0, 0.3}, {}, {}};
+  return site;
+}
+
+TEST(Geometry, DashcamSpeedIsOverTheGround) {
+  const Vehicle vehicle{12.0, 0.0, 80.0, 3.5, 0.65, 1.2};
+  View view = kNoiseless;
+  view.ego_mps = 15.0;
+  const VehicleResult result = result_of(vehicle, dashcam_site(), view);
+  expect_motion(result, vehicle, 1e-4);
+  EXPECT_NEAR(*result.closing_speed_mps, 27.0, 1e-3);
+  EXPECT_GE(result.speed.std_mps, 0.3);  // that of the own speed is part of it
+}
+
+TEST(Geometry, DashcamFollowsAnEgoTrace) {
+  const Vehicle vehicle{12.0, 0.0, 80.0, 3.5, 0.65, 1.2};
+  View view = kNoiseless;
+  view.ego_mps = 15.0;
+  view.ego_acceleration_mps2 = -3.0;
+  Site site = dashcam_site();
+  for (double t_s = -1.0; t_s < 5.0; t_s += 0.1)
+    site.ego->trace.push_back({t_s, 15.0 - 3.0 * t_s, 0.0});
+  const VehicleResult result = result_of(vehicle, site, view);
+  expect_motion(result, vehicle, 1e-3);
+  EXPECT_NEAR(*result.closing_speed_mps, 12.0 + 15.0 - 3.0 * result.speed.time_s, 0.02);
+}
+
+TEST(Geometry, RecedingVehicles) {
+  Site site = mast_site(4.0);
+  site.road.lanes.push_back({"far", {-7.5, 0.3}, 3.5, Direction::receding});
+  const Vehicle vehicle{-15.0, 0.0, 15.0, -7.5, 0.65, 1.2};
+  Random random(1);
+  VehicleTrack track = track_of(vehicle, site, kNoiseless, random);
+  track.direction = Direction::receding;
+  track.kind = LampKind::taillamp;
+  const VehicleResult result = estimate_vehicle(track, site, {}).result;
+  expect_motion(result, vehicle, kExact);
+  EXPECT_EQ(result.lane, "far");
+  EXPECT_NEAR(*result.closing_speed_mps, -15.0, 1e-3);
+  ASSERT_EQ(result.warnings.size(), 1U);
+  EXPECT_EQ(result.methods.size(), 1U);  // headlamp light only
+
+  track.direction = Direction::oncoming;
+  EXPECT_EQ(estimate_vehicle(track, site, {}).result.withheld, Miss::direction_contradicts);
+}
+
+TEST(Geometry, PicksTheLaneByTheBearings) {
+  Site site = mast_site(4.0);
+  site.road.lanes.push_back({"next", {-7.5, 0.0}, 3.5, Direction::oncoming});
+  for (const auto& [lateral_m, lane] : {std::pair{-4.0, "near"}, {-7.5, "next"}}) {
+    Vehicle vehicle = kTypical;
+    vehicle.lateral_m = lateral_m;
+    const VehicleResult result = result_of(vehicle, site, kNoiseless);
+    expect_motion(result, vehicle, kExact);
+    EXPECT_EQ(result.lane, lane);
+  }
+  Vehicle between = kTypical;
+  between.lateral_m = -5.75;
+  const VehicleResult result = result_of(between, site, kNoiseless);
+  expect_motion(result, between, kExact);
+  EXPECT_EQ(result.lane, "");
+}
+
+TEST(Geometry, StoppedVehiclesHaveNoSpeedWithinTheInterval) {
+  Vehicle vehicle = kTypical;
+  vehicle.speed_mps = 0.0;
+  vehicle.along_m = 30.0;
+  View view = kNoiseless;
+  view.sigma_px = 0.2;
+  const VehicleResult result = result_of(vehicle, mast_site(4.0), view);
+  ASSERT_FALSE(result.withheld);
+  EXPECT_LT(result.speed.speed_mps, 0.1);
+  EXPECT_EQ(result.speed.lo95_mps, 0.0);
+}
+
+TEST(Geometry, RowsFollowTheVehicle) {
+  const Site site = mast_site(4.0);
+  Random random(1);
+  const VehicleTrack track = track_of(kTypical, site, kNoiseless, random);
+  const VehicleEstimate estimate = estimate_vehicle(track, site, {});
+  ASSERT_EQ(estimate.rows.size(), track.sightings.size());
+  for (const TrackRow& row : estimate.rows) {
+    const double range_m = kTypical.along_at_m(row.time_s);
+    ASSERT_TRUE(row.range_m && row.speed_mps && row.bearing_rad);
+    EXPECT_NEAR(*row.range_m / range_m, 1.0, 1e-5);
+    EXPECT_NEAR(*row.speed_mps, 20.0, 1e-3);
+    EXPECT_NEAR(row.bearing_rad->x(), std::atan2(-4.0, range_m), 1e-6);
+    EXPECT_NEAR(row.bearing_rad->y(), std::atan2(0.65 - 4.0, std::hypot(range_m, 4.0)), 1e-6);
+    EXPECT_GT(row.bearing_left_rad->x(), row.bearing_right_rad->x());
+  }
+}
+
+TEST(Geometry, SaysWhyThereIsNoSpeed) {
+  const auto reason = [](const Vehicle& vehicle, const Site& site, const View& view) {
+    const VehicleResult result = result_of(vehicle, site, view);
+    if (result.withheld) {
+      EXPECT_EQ(std::get<Miss>(result.methods.front().speed), *result.withheld);
+    }
+    return result.withheld;
+  };
+  View short_view = kNoiseless;
+  short_view.to_s = 0.2;
+  EXPECT_EQ(reason(kTypical, mast_site(4.0), short_view), Miss::too_few_samples);
+  short_view.frame_rate_hz = 100.0;
+  short_view.to_s = 0.1;
+  EXPECT_EQ(reason(kTypical, mast_site(4.0), short_view), Miss::too_short);
+
+  Site no_scale = mast_site(4.0);
+  no_scale.lamps = {};
+  EXPECT_FALSE(reason(kTypical, no_scale, kNoiseless));  // its one lane is a scale
+  no_scale.road.lanes.push_back({"next", {-7.5, 0.0}, 3.5, Direction::oncoming});
+  EXPECT_EQ(reason(kTypical, no_scale, kNoiseless), Miss::no_scale);
+
+  Vehicle lifted = kTypical, beside = kTypical;
+  lifted.height_m = 3.0;
+  EXPECT_EQ(reason(lifted, mast_site(4.0), kNoiseless), Miss::not_on_road);
+  beside.lateral_m = -14.0;
+  EXPECT_EQ(reason(beside, mast_site(4.0), kNoiseless), Miss::not_on_road);
+
+  Site vague = mast_site(4.0);
+  vague.road.lanes.clear();
+  vague.lamps.separation_m.reset();
+  vague.lamps.height_m = Uncertain{0.65, 2.0};
+  EXPECT_EQ(reason(kTypical, vague, kNoiseless), Miss::too_uncertain);
+}
+
+TEST(Geometry, DoubtsOfTheTrackAreKept) {
+  const Site site = mast_site(4.0);
+  Random random(1);
+  VehicleTrack track = track_of(kTypical, site, kNoiseless, random);
+  track.ambiguous_identity = true;
+  EXPECT_EQ(estimate_vehicle(track, site, {}).result.withheld, Miss::ambiguous_identity);
+  track.ambiguous_identity = false;
+  track.direction_contradicts = true;
+  const VehicleEstimate estimate = estimate_vehicle(track, site, {});
+  EXPECT_EQ(estimate.result.withheld, Miss::direction_contradicts);
+  EXPECT_FALSE(estimate.rows.front().range_m);
+}
+
+TEST(Geometry, JumpingCentroidsAreNoFit) {
+  View view = kNoiseless;
+  view.shake_px = 30.0;
+  EXPECT_EQ(result_of(kTypical, mast_site(4.0), view).withheld, Miss::bad_fit);
 }
 
 }  // namespace

@@ -56,6 +56,8 @@ struct View {
   double sigma_px = 0.2;
   bool single_lamp = false;
   double ego_mps = 0.0;  ///< the camera drives along +x
+  double ego_acceleration_mps2 = 0.0;
+  double shake_px = 0.0;  ///< per axis, common to all lamps of a frame
   double flux_at_1m = 1000.0, path_loss_exponent = 2.0, flux_relative_sigma = 0.0;
 };
 
@@ -67,13 +69,15 @@ inline VehicleTrack track_of(const Vehicle& vehicle, const Site& site, const Vie
   track.id = 1;
   track.single_lamp = view.single_lamp;
   const double height_px = site.camera->height_px;
-  const auto sight = [&](Eigen::Vector3d point_m) -> std::optional<LampSighting> {
+  Eigen::Vector2d shaken_px = Eigen::Vector2d::Zero();
+  const auto sight = [&](const Eigen::Vector3d& point_m) -> std::optional<LampSighting> {
     const auto pixel = camera.project(point_m);
     if (!pixel || pixel->x() < 0 || pixel->x() >= site.camera->width_px || pixel->y() < 0 ||
         pixel->y() >= height_px)
       return std::nullopt;
     LampSighting lamp;
-    lamp.centre_px = *pixel + view.sigma_px * Eigen::Vector2d(random.normal(), random.normal());
+    lamp.centre_px =
+        *pixel + shaken_px + view.sigma_px * Eigen::Vector2d(random.normal(), random.normal());
     lamp.centre_sigma_px.setConstant(view.sigma_px);
     const double distance_m = (point_m - camera.position_m()).norm();
     lamp.flux = view.flux_at_1m * std::pow(distance_m, -view.path_loss_exponent) *
@@ -86,6 +90,7 @@ inline VehicleTrack track_of(const Vehicle& vehicle, const Site& site, const Vie
       static_cast<int>(std::floor((view.to_s - view.from_s) * view.frame_rate_hz)) + 1;
   for (int i = 0; i < frames; ++i) {
     const double t_s = view.from_s + i / view.frame_rate_hz;
+    shaken_px = view.shake_px * Eigen::Vector2d(random.normal(), random.normal());
     // The row, and so the instant, at which a lamp is read follows from where it is seen.
     const auto sight_in_time = [&](auto choose) {
       double at_s = t_s;
@@ -95,7 +100,7 @@ inline VehicleTrack track_of(const Vehicle& vehicle, const Site& site, const Vie
           at_s = t_s + ((pixel->y() + 0.5) / height_px - 0.5) * site.camera->rolling_shutter_s;
       }
       Eigen::Vector3d point_m = choose(lamps_at(vehicle, site.road, at_s));
-      point_m.x() -= view.ego_mps * at_s;
+      point_m.x() -= at_s * (view.ego_mps + 0.5 * at_s * view.ego_acceleration_mps2);
       return sight(point_m);
     };
     VehicleSighting sighting;

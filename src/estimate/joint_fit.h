@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "estimate/trajectory.h"
+#include "estimate/vehicle.h"
+
+namespace vildar {
+
+struct JointFit {
+  Trajectory trajectory;  ///< the camera's, moved and sharpened by the photodiodes
+  double power_chi2_per_block = 0.0;
+  std::int64_t samples = 0;  ///< photodiode samples behind the blocks used
+};
+
+/// Bearings and photodiode power together. The lamp's beam multiplies the channel law by a smooth
+/// function of the angles toward the photodiode with loose priors, so that a beam unlike the law's
+/// cannot bend the trajectory; gain, exponent, background, drift and time offset are unknowns with
+/// the site's priors. Starts from the camera's own fit.
+/// Misses: several_vehicles, below_noise, too_few_samples, not_converged, unobservable, bad_fit
+/// (the power does not fit the model), sensors_contradict (it pulls the trajectory off the
+/// bearings).
+Outcome<JointFit> fit_joint(const Trajectory& camera_only, const Site& site,
+                            std::span<const VehiclePower> power, double from_s, double to_s);
+
+}  // namespace vildar

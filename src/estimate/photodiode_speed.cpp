@@ -1,0 +1,113 @@
+#include "estimate/photodiode_speed.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimate/lane_choice.h"
+
+namespace vildar {
+namespace {
+
+// tan of the widest incidence angle at which the paper's estimators are used.
+const double kWidestTangent = std::tan(radians_from_degrees(30.0));
+constexpr double kClearSigmas = 5.0;
+constexpr double kBlock_s = 0.010;
+
+bool in_front(const PowerCase& known, double mean_w, double time_s, const Trajectory* trajectory) {
+  const double d_m = known.perpendicular_m();
+  double range_m;
+  if (trajectory) {
+    const MotionState state = trajectory->at(time_s);
+    if (!(state.over_ground_mps > 0.0)) return false;
+    range_m = state.range_m - known.receiver_m.x();
+  } else {
+    const double distance_m =
+        std::pow(mean_w / known.law.gain_w, -1.0 / known.law.path_loss_exponent);
+    if (known.bend != 0.0) return true;
+    if (!(distance_m > d_m)) return false;
+    range_m = std::sqrt(distance_m * distance_m - d_m * d_m);
+  }
+  return known.bend != 0.0 ? range_m > 0.0 : range_m * kWidestTangent > d_m;
+}
+
+}  // namespace
+
+VehiclePlace place_of(const Trajectory& trajectory) {
+  const PathMatrix& covariance = trajectory.fit.covariance;
+  const double scale_m = std::exp(trajectory.fit.parameters[kLogScale]);
+  const auto length = [&](int parameter, double mean_m) {
+    const double ratio = trajectory.fit.parameters[parameter];
+    const double variance =
+        covariance(parameter, parameter) +
+        ratio * (2.0 * covariance(kLogScale, parameter) + ratio * covariance(kLogScale, kLogScale));
+    return Uncertain{mean_m, scale_m * std::sqrt(std::max(0.0, variance))};
+  };
+  return {length(kLateral, trajectory.lateral_m()), length(kDrop, trajectory.lamp_height_m())};
+}
+
+std::optional<VehiclePlace> place_of(const LaneSite& lane, const Site& site) {
+  if (!site.lamps.height_m) return std::nullopt;
+  return VehiclePlace{lane_prior_m(lane), *site.lamps.height_m};
+}
+
+Outcome<PowerCase> photodiode_case(const Site& site, int photodiode, const VehiclePlace& place) {
+  if (!site.channel) return Miss::no_scale;
+  const ChannelSite& channel = *site.channel;
+  if (!channel.beam.empty()) return Miss::outside_model;
+  if (!channel.gain_db || !channel.path_loss_exponent) return Miss::no_scale;
+  const PhotodiodeSite& receiver = site.photodiodes.at(static_cast<std::size_t>(photodiode));
+  PowerCase known;
+  known.law.gain_w =
+      ratio_from_db(channel.gain_db->mean) * channel.lamp_power_w.mean * receiver.gain_ratio.mean;
+  known.law.path_loss_exponent = channel.path_loss_exponent->mean;
+  if (channel.half_power_angle_rad)
+    known.law.cosine_exponent = lambertian_order(Radians(*channel.half_power_angle_rad)) + 1.0;
+  if (!(known.law.gain_w > 0.0 && known.law.path_loss_exponent > 0.0)) return Miss::no_scale;
+  const double gain_std = 0.1 * std::log(10.0) * channel.gain_db->std;
+  const double lamp_std = channel.lamp_power_w.std / channel.lamp_power_w.mean;
+  const double ratio_std = receiver.gain_ratio.std / receiver.gain_ratio.mean;
+  known.log_gain_std = std::hypot(std::hypot(gain_std, lamp_std), ratio_std);
+  known.exponent_std = channel.path_loss_exponent->std;
+  for (int axis = 0; axis < 3; ++axis)
+    known.receiver_m[axis] = receiver.position_m[static_cast<std::size_t>(axis)].mean;
+  known.lateral_m = {place.lateral_m.mean,
+                     std::hypot(place.lateral_m.std, receiver.position_m[1].std)};
+  known.lamp_height_m = {place.lamp_height_m.mean,
+                         std::hypot(place.lamp_height_m.std, receiver.position_m[2].std)};
+  if (site.road.radius_m) {
+    known.bend = bend_of(site.road);
+    known.straight_m = site.road.straight_m;
+    known.radius_m = *site.road.radius_m;
+  }
+  return known;
+}
+
+PowerSeries usable_power(const PowerTrace& trace, const Site& site, const PowerCase& known,
+                         double from_s, double to_s, const Trajectory* trajectory) {
+  const double offset_s =
+      site.photodiodes.at(static_cast<std::size_t>(trace.photodiode)).time_offset_s.mean;
+  PowerSeries series;
+  const auto begin = std::lower_bound(trace.time_s.begin(), trace.time_s.end(), from_s - offset_s) -
+                     trace.time_s.begin();
+  const auto end = std::upper_bound(trace.time_s.begin(), trace.time_s.end(), to_s - offset_s) -
+                   trace.time_s.begin();
+  // Whole blocks are taken or left: choosing single samples by their noise would bend the slope.
+  for (auto first = begin; first < end;) {
+    auto last = first;
+    double sum_w = 0.0;
+    const auto at = [](std::ptrdiff_t i) { return static_cast<std::size_t>(i); };
+    while (last < end && trace.time_s[at(last)] < trace.time_s[at(first)] + kBlock_s)
+      sum_w += static_cast<double>(trace.power_w[at(last++)]) - trace.ambient_w;
+    const double mean_w = sum_w / static_cast<double>(last - first);
+    const double time_s = 0.5 * (trace.time_s[at(first)] + trace.time_s[at(last - 1)]) + offset_s;
+    if (mean_w > kClearSigmas * trace.noise_sigma_w && in_front(known, mean_w, time_s, trajectory))
+      for (auto i = first; i < last; ++i) {
+        series.time_s.push_back(trace.time_s[at(i)] + offset_s);
+        series.power_w.push_back(static_cast<double>(trace.power_w[at(i)]) - trace.ambient_w);
+      }
+    first = last;
+  }
+  return series;
+}
+
+}  // namespace vildar

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "core/outcome.h"
+#include "optics/channel.h"
+#include "types/result.h"
+#include "types/site.h"
+
+namespace vildar {
+
+/// Received light of one vehicle against time, background removed.
+struct PowerSeries {
+  std::vector<double> time_s;
+  std::vector<double> power_w;
+};
+
+/// All that the paper's estimators take as known, with what it is known to.
+struct PowerCase {
+  PowerLaw law;
+  double log_gain_std = 0.0;
+  double exponent_std = 0.0;
+  /// d ln K / d gamma, where K was fitted for the gamma at hand.
+  double log_gain_per_exponent = 0.0;
+  Eigen::Vector3d receiver_m = Eigen::Vector3d::Zero();
+  Uncertain lateral_m;  ///< of the lane's path, as in path_point
+  Uncertain lamp_height_m;
+  double bend = 0.0;  ///< as in path_point
+  double straight_m = 0.0;
+  Uncertain radius_m;  ///< of the line y = 0, curved roads
+
+  /// Perpendicular distance from the receiver to the line of motion, straight roads.
+  double perpendicular_m() const;
+  /// The lane's own radius, the paper's r_c.
+  double lane_radius_m() const;
+};
+
+struct PowerSpeed {
+  SpeedEstimate speed;   ///< at the middle of the series
+  double range_m = 0.0;  ///< x in the road frame at that time
+};
+
+/// The paper's estimator for the road's kind, with a sigma that holds: scatter about the line
+/// (correlated residuals counted as such), the priors of K, gamma, d and r_c carried through, and
+/// the error that the estimator itself makes on a noise-free pass of the full model (cosine,
+/// offsets from the curve that it leaves out). The 95 % interval is log-normal. Misses: those of
+/// the estimators, and outside_model where its own error passes a quarter of the speed or the speed
+/// comes out negative.
+Outcome<PowerSpeed> power_speed(const PowerSeries& series, const PowerCase& known);
+
+}  // namespace vildar

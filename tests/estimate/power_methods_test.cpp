@@ -1,0 +1,235 @@
+#include <gtest/gtest.h>
+
+#include "estimate/vehicle.h"
+#include "simulated_power.h"
+
+namespace vildar {
+namespace {
+
+using simulated::Diode;
+using simulated::mast_site;
+using simulated::trace_of;
+using simulated::track_of;
+using simulated::Vehicle;
+using simulated::View;
+
+constexpr Vehicle kTypical{20.0, 0.0, 60.0, -4.0, 0.65, 1.2};
+// Frames are few in these tests to keep the trajectory fit short.
+constexpr View kNoiseless{.to_s = 2.0, .frame_rate_hz = 15.0, .sigma_px = 1e-7};
+constexpr double kGain_db = -45.0;
+
+Site diode_site() {
+  Site site = mast_site(4.0);
+  site.road.lanes[0].lateral_m.std = 0.05;
+  site.lamps.height_m->std = 0.02;
+  site.photodiodes.resize(1);
+  site.photodiodes[0].id = "pd0";
+  site.photodiodes[0].position_m = {Uncertain{0.0, 0.0}, Uncertain{0.0, 0.0}, Uncertain{4.0, 0.0}};
+  site.channel = ChannelSite{};
+  site.channel->gain_db = Uncertain{kGain_db, 0.0};
+  site.channel->path_loss_exponent = Uncertain{1.8, 0.0};
+  return site;
+}
+
+Diode matching_diode() {
+  Diode diode;
+  diode.gain_w = std::pow(10.0, 0.1 * kGain_db);
+  diode.path_loss_exponent = 1.8;
+  diode.ambient_w = 1e-8;
+  diode.noise_w = 1e-12;
+  return diode;
+}
+
+const MethodResult& method_of(const VehicleResult& result, Method method) {
+  for (const MethodResult& row : result.methods)
+    if (row.method == method) return row;
+  throw std::out_of_range("method missing from the result");
+}
+
+double speed_of(const MethodResult& row) {
+  if (const Miss* miss = std::get_if<Miss>(&row.speed)) {
+    ADD_FAILURE() << name_of(*miss);
+    return 0.0;
+  }
+  return std::get<SpeedEstimate>(row.speed).speed_mps;
+}
+
+VehicleResult measured(const Site& site, const View& view, const PowerTrace* trace = nullptr,
+                       bool shared = false) {
+  Random random(1);
+  const VehiclePower power{trace, shared};
+  return estimate_vehicle(track_of(kTypical, site, view, random), site,
+                          {&power, trace ? std::size_t{1} : std::size_t{0}})
+      .result;
+}
+
+// The intensity is that of two lamps, whose mean inverse square differs from the middle's by half a
+// thousandth at 25 m.
+constexpr double kTwoLamps = 2e-3;
+
+TEST(CameraIntensity, FindsTheSpeedWithItsOwnGain) {
+  const VehicleResult result = measured(mast_site(4.0), kNoiseless);
+  const MethodResult& row = method_of(result, Method::power_slope_camera);
+  EXPECT_NEAR(speed_of(row) / 20.0, 1.0, kTwoLamps);
+  EXPECT_EQ(row.k_source, "bearings");
+  // Its scale is that of the bearings, so it cannot be surer than they are.
+  EXPECT_GE(std::get<SpeedEstimate>(row.speed).std_mps, 0.9 * result.speed.std_mps);
+}
+
+TEST(CameraIntensity, FindsTheSpeedWithTheSitesGain) {
+  Site site = mast_site(4.0);
+  site.camera->gain_db = Uncertain{10.0 * std::log10(2000.0), 0.5};
+  const VehicleResult result = measured(site, kNoiseless);
+  const MethodResult& row = method_of(result, Method::power_slope_camera);
+  EXPECT_NEAR(speed_of(row) / 20.0, 1.0, kTwoLamps);
+  EXPECT_EQ(row.k_source, "site");
+  // Far off, V goes as K^(1/gamma): half a decibel is 0.115 nat, and gamma is 2.
+  const double relative = std::get<SpeedEstimate>(row.speed).std_mps / 20.0;
+  EXPECT_NEAR(relative, 0.5 * 0.115, 0.15 * 0.0575);
+}
+
+TEST(CameraIntensity, IsWithheldWherePixelsClip) {
+  const Site site = mast_site(4.0);
+  Random random(1);
+  VehicleTrack track = track_of(kTypical, site, kNoiseless, random);
+  for (VehicleSighting& sighting : track.sightings) sighting.right->saturated_px = 3;
+  const VehicleResult result = estimate_vehicle(track, site, {}).result;
+  EXPECT_EQ(std::get<Miss>(method_of(result, Method::power_slope_camera).speed), Miss::saturated);
+  EXPECT_FALSE(result.withheld);
+}
+
+TEST(PhotodiodePower, FindsTheSpeed) {
+  const Site site = diode_site();
+  Random random(1);
+  const PowerTrace trace = trace_of(kTypical, site, matching_diode(), random);
+  const VehicleResult result = measured(site, kNoiseless, &trace);
+  EXPECT_NEAR(speed_of(method_of(result, Method::power_slope_photodiode)) / 20.0, 1.0, 1e-3);
+}
+
+TEST(PhotodiodePower, CarriesTheGainPriorIntoItsSigma) {
+  Site site = diode_site();
+  site.channel->gain_db->std = 1.0;
+  Random random(1);
+  const PowerTrace trace = trace_of(kTypical, site, matching_diode(), random);
+  const VehicleResult result = measured(site, kNoiseless, &trace);
+  const auto& speed =
+      std::get<SpeedEstimate>(method_of(result, Method::power_slope_photodiode).speed);
+  EXPECT_NEAR(speed.std_mps / 20.0, 0.2303 / 1.8, 0.15 * 0.128);
+}
+
+TEST(PhotodiodePower, SaysWhatIsMissing) {
+  Random random(1);
+  const PowerTrace trace = trace_of(kTypical, diode_site(), matching_diode(), random);
+  const auto reason = [&](const Site& site, bool shared) {
+    const VehicleResult result = measured(site, kNoiseless, &trace, shared);
+    return std::get<Miss>(method_of(result, Method::power_slope_photodiode).speed);
+  };
+  EXPECT_EQ(reason(diode_site(), true), Miss::several_vehicles);
+  Site site = diode_site();
+  site.channel->gain_db.reset();
+  EXPECT_EQ(reason(site, false), Miss::no_scale);
+  site.channel.reset();
+  EXPECT_EQ(reason(site, false), Miss::no_scale);
+  site = diode_site();
+  site.channel->beam = "low_beam";
+  EXPECT_EQ(reason(site, false), Miss::outside_model);
+}
+
+TEST(Pass, FindsSpeedAndRangeInClipTime) {
+  Site site = diode_site();
+  site.camera.reset();
+  site.photodiodes[0].time_offset_s.mean = 5.0;
+  Diode diode = matching_diode();
+  diode.time_offset_s = 5.0;
+  diode.to_s = 3.5;
+  Random random(1);
+  const PowerTrace trace = trace_of(kTypical, site, diode, random);
+  const PowerPass pass{-5.5, -1.6, -2.0};
+  const VehicleResult result = estimate_pass(pass, 7, site, {&trace, 1});
+  ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
+  EXPECT_EQ(result.track_id, 7);
+  EXPECT_EQ(result.method, Method::power_slope_photodiode);
+  EXPECT_NEAR(result.speed.speed_mps, 20.0, 0.02);
+  EXPECT_NEAR(*result.range_ref_m, kTypical.along_at_m(result.speed.time_s), 0.05);
+  EXPECT_NEAR(result.t_first_s, -0.5, 1e-12);
+  EXPECT_TRUE(result.used_photodiode && !result.used_camera);
+}
+
+TEST(Pass, IsWithheldWhereTheGainIsTooVague) {
+  Site site = diode_site();
+  site.channel->gain_db->std = 5.0;
+  Random random(1);
+  const PowerTrace trace = trace_of(kTypical, site, matching_diode(), random);
+  const VehicleResult result = estimate_pass({-0.5, 2.5, 2.4}, 1, site, {&trace, 1});
+  EXPECT_EQ(result.withheld, Miss::too_uncertain);
+  EXPECT_TRUE(std::holds_alternative<SpeedEstimate>(result.methods.front().speed));
+}
+
+TEST(Pass, OnACurveUsesTheArcAngle) {
+  Site site = diode_site();
+  site.road.kind = RoadKind::curved;
+  site.road.radius_m = Uncertain{44.0, 0.1};
+  site.road.turn = Turn::left;
+  site.photodiodes[0].position_m = {Uncertain{0.0, 0.0}, Uncertain{-4.0, 0.0},
+                                    Uncertain{0.65, 0.0}};
+  Vehicle vehicle = kTypical;
+  vehicle.speed_mps = 15.0;
+  vehicle.along_m = 48.0;
+  Random random(1);
+  const PowerTrace trace = trace_of(vehicle, site, matching_diode(), random);
+  const VehicleResult result = estimate_pass({-0.5, 2.5, 2.4}, 1, site, {&trace, 1});
+  ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
+  EXPECT_EQ(result.method, Method::curved_angle_photodiode);
+  EXPECT_NEAR(result.speed.speed_mps, 15.0, 0.02);
+}
+
+TEST(Pass, NothingAboveTheNoiseIsTooFewSamples) {
+  const Site site = diode_site();
+  Diode diode = matching_diode();
+  diode.noise_w = 1.0;
+  Random random(1);
+  const PowerTrace trace = trace_of(kTypical, site, diode, random);
+  EXPECT_EQ(estimate_pass({0.0, 2.5, 2.4}, 1, site, {&trace, 1}).withheld, Miss::too_few_samples);
+  EXPECT_THROW(estimate_pass({0.0, 1.0, 0.5}, 1, site, {}), std::invalid_argument);
+}
+
+TEST(Joint, AgreesWithTheTruthWhateverTheBeam) {
+  Site site = diode_site();
+  site.channel->gain_db->std = 3.0;
+  site.photodiodes[0].time_offset_s.std = 0.005;
+  View view = kNoiseless;
+  view.sigma_px = 0.2;
+  for (const double cosine_exponent : {0.0, 3.0}) {
+    Diode diode = matching_diode();
+    diode.cosine_exponent = cosine_exponent;
+    diode.noise_w = 1e-10;
+    diode.time_offset_s = 0.003;
+    Random random(3);
+    const PowerTrace trace = trace_of(kTypical, site, diode, random);
+    const VehicleResult camera = measured(site, view);
+    const VehicleResult fused = measured(site, view, &trace);
+    EXPECT_EQ(fused.method, Method::fused);
+    EXPECT_GT(fused.n_pd_samples, 1000);
+    EXPECT_LE(fused.speed.std_mps, 1.05 * camera.speed.std_mps);
+    EXPECT_LE(std::abs(fused.speed.speed_mps - camera.speed.speed_mps), camera.speed.std_mps);
+    EXPECT_LE(std::abs(fused.speed.speed_mps - 20.0), 3.0 * fused.speed.std_mps);
+  }
+}
+
+TEST(Joint, DropsPowerThatIsNotThisVehicles) {
+  const Site site = diode_site();
+  Vehicle other = kTypical;
+  other.along_m = 35.0;  // passes the photodiode while the camera still sees ours far off
+  Random random(3);
+  const PowerTrace trace = trace_of(other, site, matching_diode(), random);
+  View view = kNoiseless;
+  view.sigma_px = 0.2;
+  const VehicleResult result = measured(site, view, &trace);
+  EXPECT_EQ(result.method, Method::geometry_camera);
+  EXPECT_FALSE(result.withheld);
+  EXPECT_TRUE(std::holds_alternative<Miss>(method_of(result, Method::fused).speed));
+  EXPECT_FALSE(result.warnings.empty());
+}
+
+}  // namespace
+}  // namespace vildar
