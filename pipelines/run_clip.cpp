@@ -16,6 +16,8 @@ namespace {
 
 constexpr double kLeastAlone_s = 0.3;
 constexpr double kMargin_s = 5.0;  // of the trace kept before and after a vehicle is in view
+constexpr double kUnknownPassing_s = 2.0;  // from the last sighting until it is past the photodiodes
+constexpr double kLongestPassing_s = 5.0;
 constexpr std::size_t kPlotPoints = 200;
 constexpr double kForever = std::numeric_limits<double>::infinity();
 
@@ -82,7 +84,7 @@ class Measuring {
   void take(std::vector<VehicleTrack> ended) {
     for (VehicleTrack& track : ended) {
       if (!traces_.empty() && track.kind == LampKind::headlamp)
-        lit_.push_back({track.id, interval_of(track)});
+        lit_.push_back({track.id, shining_of(track)});
       waiting_.push_back(std::move(track));
     }
   }
@@ -108,6 +110,17 @@ class Measuring {
     int track_id;
     ClipInterval interval;
   };
+
+  // A vehicle shines on the photodiodes until it has driven past them, also out of the camera's view.
+  ClipInterval shining_of(const VehicleTrack& track) const {
+    ClipInterval shining = interval_of(track);
+    const VehicleEstimate estimate = estimate_vehicle(track, site_, {});
+    const TrackRow& last = estimate.rows.back();
+    const bool known = last.range_m && last.speed_mps && *last.speed_mps > 0.0;
+    shining.to_s += std::clamp(known ? *last.range_m / *last.speed_mps : kUnknownPassing_s, 0.0,
+                               kLongestPassing_s);
+    return shining;
+  }
 
   void measure(const VehicleTrack& track) {
     std::vector<ClipInterval> others;
