@@ -191,6 +191,7 @@ std::optional<PowerTrace> alone_on_trace(const PowerTrace& trace, double time_of
   cut.sample_period_s = trace.sample_period_s;
   cut.noise_sigma_w = trace.noise_sigma_w;
   cut.ambient_w = trace.ambient_w;
+  cut.ambient_sigma_w = trace.ambient_sigma_w;
   cut.time_s.assign(first, last);
   cut.power_w.assign(trace.power_w.begin() + (first - trace.time_s.begin()),
                      trace.power_w.begin() + (last - trace.time_s.begin()));

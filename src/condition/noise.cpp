@@ -27,7 +27,13 @@ double white_sigma_w(const PowerTrace& trace) {
   return sigma_w > 0.0 ? sigma_w : smallest_step_w / std::sqrt(12.0);
 }
 
-double dark_level_w(const PowerTrace& trace) {
+/// A level, and how far it may be from the truth.
+struct Level {
+  double mean_w = 0.0;
+  double sigma_w = 0.0;
+};
+
+Level dark_level(const PowerTrace& trace) {
   constexpr double kBlock_s = 0.05;
   constexpr double kMiddleOfLowestQuarter = 0.125;
   const double first_s = trace.time_s.front();
@@ -37,7 +43,7 @@ double dark_level_w(const PowerTrace& trace) {
       block_means(trace, first_s, std::max(first_s, last_s), block_s);
   if (blocks.empty()) {
     std::vector<double> powers_w(trace.power_w.begin(), trace.power_w.end());
-    return quantile_of(powers_w, kMiddleOfLowestQuarter);
+    return {quantile_of(powers_w, kMiddleOfLowestQuarter), trace.noise_sigma_w};
   }
   std::vector<double> means_w;
   std::vector<double> sigmas_w;
@@ -48,9 +54,16 @@ double dark_level_w(const PowerTrace& trace) {
   // The lowest quarter alone would lie below the level by the noise of the means: all means that
   // are of that level count.
   const double low_w = quantile_of(means_w, kMiddleOfLowestQuarter);
-  const double limit_w = low_w + 4.0 * median_of(sigmas_w);
+  const double block_sigma_w = median_of(sigmas_w);
+  const double lowest_w = *std::min_element(means_w.begin(), means_w.end());
+  // A dark stretch has a floor that noise alone goes below. Where the trace goes on falling there
+  // was light of vehicles throughout, and the ambient may be anything from none to the lowest seen.
+  constexpr double kFloorSigmas = 6.0;
+  if (low_w - lowest_w > kFloorSigmas * block_sigma_w)
+    return {0.5 * lowest_w, std::max(0.5 * std::abs(lowest_w), low_w - lowest_w)};
+  const double limit_w = low_w + 4.0 * block_sigma_w;
   std::erase_if(means_w, [limit_w](double mean_w) { return mean_w > limit_w; });
-  return median_of(means_w);
+  return {median_of(means_w), block_sigma_w / std::sqrt(static_cast<double>(means_w.size()))};
 }
 
 }  // namespace
@@ -75,7 +88,9 @@ void set_levels(PowerTrace& trace) {
     spacings_s.push_back(trace.time_s[i] - trace.time_s[i - 1]);
   if (!spacings_s.empty()) trace.sample_period_s = median_of(spacings_s);
   trace.noise_sigma_w = white_sigma_w(trace);
-  trace.ambient_w = dark_level_w(trace);
+  const Level dark = dark_level(trace);
+  trace.ambient_w = dark.mean_w;
+  trace.ambient_sigma_w = dark.sigma_w;
 }
 
 }  // namespace vildar

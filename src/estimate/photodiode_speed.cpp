@@ -87,6 +87,7 @@ PowerSeries usable_power(const PowerTrace& trace, const Site& site, const PowerC
   const double offset_s =
       site.photodiodes.at(static_cast<std::size_t>(trace.photodiode)).time_offset_s.mean;
   PowerSeries series;
+  series.background_std_w = trace.ambient_sigma_w;
   const auto begin = std::lower_bound(trace.time_s.begin(), trace.time_s.end(), from_s - offset_s) -
                      trace.time_s.begin();
   const auto end = std::upper_bound(trace.time_s.begin(), trace.time_s.end(), to_s - offset_s) -

@@ -94,6 +94,16 @@ double prior_variance(const PowerSeries& series, const PowerCase& known) {
       [](PowerCase& c, double side) { c.lateral_m.mean += side * c.lateral_m.std; });
   add(known.lamp_height_m.std,
       [](PowerCase& c, double side) { c.lamp_height_m.mean += side * c.lamp_height_m.std; });
+  if (series.background_std_w > 0.0) {
+    const auto speed_mps = [&](double side) {
+      PowerSeries shifted = series;
+      for (double& power_w : shifted.power_w) power_w += side * series.background_std_w;
+      const auto outcome = paper_fit(shifted, known);
+      const PaperFit* fit = std::get_if<PaperFit>(&outcome);
+      return fit ? fit->speed_mps : INFINITY;
+    };
+    variance += std::pow(0.5 * (speed_mps(1.0) - speed_mps(-1.0)), 2);
+  }
   if (known.bend != 0.0)
     add(known.radius_m.std,
         [](PowerCase& c, double side) { c.radius_m.mean += side * c.radius_m.std; });

@@ -15,6 +15,7 @@ namespace vildar {
 struct PowerSeries {
   std::vector<double> time_s;
   std::vector<double> power_w;
+  double background_std_w = 0.0;  ///< of the background, one error for all samples
 };
 
 /// All that the paper's estimators take as known, with what it is known to.
@@ -43,7 +44,7 @@ struct PowerSpeed {
 };
 
 /// The paper's estimator for the road's kind, with a sigma that holds: scatter about the line
-/// (correlated residuals counted as such), the priors of K, gamma, d and r_c carried through, and
+/// (correlated residuals counted as such), the priors of K, gamma, d and r_c and the background's error carried through, and
 /// the error that the estimator itself makes on a noise-free pass of the full model (cosine,
 /// offsets from the curve that it leaves out). The 95 % interval is log-normal. Misses: those of
 /// the estimators, and outside_model where its own error passes a quarter of the speed or the speed

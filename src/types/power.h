@@ -31,6 +31,7 @@ struct PowerTrace {
   double sample_period_s = 0.0;  ///< median spacing
   double noise_sigma_w = 0.0;    ///< of one sample, from successive differences; white part only
   double ambient_w = 0.0;        ///< level with no vehicle near
+  double ambient_sigma_w = 0.0;  ///< of that level; wide where some vehicle is near throughout
   std::map<std::string, std::int64_t> rejected;  ///< reason -> samples left out
 };
 

@@ -77,6 +77,21 @@ TEST(Noise, AmbientIsTheDarkLevelUnderNoiseFlickerAndVehicles) {
       << "1200 means of 5 samples, their median to 1.6e-5, less a slight cut of the top";
 }
 
+TEST(Noise, AmbientSaysHowSureItIs) {
+  constexpr double kAmbient_w = 0.05, kSigma_w = 1e-3;
+  Random random(4);
+  const PowerTrace quiet = trace_of(1000, 30, [&](double t) {
+    return kAmbient_w + passing_w(t, 7.0) + random.normal(0.0, kSigma_w);
+  });
+  EXPECT_LT(quiet.ambient_sigma_w, 1e-4) << "23 s without a vehicle";
+  // From the first sample to the last a vehicle comes nearer: its light stands in every sample.
+  const PowerTrace never_dark = trace_of(1000, 3, [&](double t) {
+    return kAmbient_w + 50.0 * passing_w(t, 3.2) + random.normal(0.0, kSigma_w);
+  });
+  EXPECT_GT(never_dark.ambient_sigma_w, 0.01);
+  EXPECT_LT(std::abs(never_dark.ambient_w - kAmbient_w), 2.0 * never_dark.ambient_sigma_w);
+}
+
 TEST(Noise, AFewSamplesAreNoFault) {
   for (const double duration_s : {0.0, 0.001, 0.002, 0.003}) {
     const PowerTrace trace = trace_of(1000, duration_s, [](double) { return 0.5; });

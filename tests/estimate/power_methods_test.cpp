@@ -231,5 +231,23 @@ TEST(Joint, DropsPowerThatIsNotThisVehicles) {
   EXPECT_FALSE(result.warnings.empty());
 }
 
+TEST(PhotodiodePower, AnErrorOfTheBackgroundIsInTheInterval) {
+  const Site site = diode_site();
+  Diode diode = matching_diode();
+  Random random(5);
+  PowerTrace trace = trace_of(kTypical, site, diode, random);
+  const double received_w = diode.gain_w * std::pow(40.0, -diode.path_loss_exponent);
+  trace.ambient_w += 0.3 * received_w;
+  const auto z_of = [&](double ambient_sigma_w) {
+    trace.ambient_sigma_w = ambient_sigma_w;
+    const VehicleResult result = measured(site, kNoiseless, &trace);
+    const auto& speed = std::get<SpeedEstimate>(
+        method_of(result, Method::power_slope_photodiode).speed);
+    return std::abs(speed.speed_mps - kTypical.speed_mps) / speed.std_mps;
+  };
+  EXPECT_GT(z_of(0.0), 3.0) << "the test's own error is too small to tell";
+  EXPECT_LT(z_of(0.3 * received_w), 2.0);
+}
+
 }  // namespace
 }  // namespace vildar
