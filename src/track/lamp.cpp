@@ -35,10 +35,9 @@ Spot spot_of(const Blob& blob, const Eigen::Vector2d& at_px) {
   return {&blob, at_px, std::hypot(centre_px, kFloor_px + kShareOfSize * size_px)};
 }
 
-Lamp::Lamp(std::int64_t number, const Spot& spot, const LampPlace& place, std::int64_t frame,
-           CameraTime time, const RoadView& view)
-    : id(number),
-      at_px_(spot.at_px),
+Lamp::Lamp(const Spot& spot, const LampPlace& place, std::int64_t frame, CameraTime time,
+           const RoadView& view)
+    : at_px_(spot.at_px),
       velocity_pxps_(Eigen::Vector2d::Zero()),
       place_(place),
       least_px_(spot.at_px),

@@ -50,8 +50,8 @@ class RunningShare {
 /// of a point that moves along the road.
 class Lamp {
  public:
-  Lamp(std::int64_t id, const Spot& spot, const LampPlace& place, std::int64_t frame,
-       CameraTime time, const RoadView& view);
+  Lamp(const Spot& spot, const LampPlace& place, std::int64_t frame, CameraTime time,
+       const RoadView& view);
 
   /// Moves the state on by dt_s > 0.
   void predict(double dt_s, const RoadView& view);
@@ -89,7 +89,6 @@ class Lamp {
   CameraTime first_time() const { return first_time_; }
   int sightings() const { return sightings_; }
 
-  std::int64_t id = 0;
   std::vector<LampRecord> records;
   RunningShare above;       ///< stands above where a lamp on the road can
   RunningShare mirrored;    ///< looks like the road reflection of another lamp

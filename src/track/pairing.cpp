@@ -246,8 +246,6 @@ void Pairing::join(Evidence& pair, Vehicles& vehicles) {
   vehicle->chi2 = pair.chi2;
   vehicle->inverse_depth_per_m = pair.inverse_depth_per_m;
   vehicle->width_per_depth = pair.width_per_depth;
-  const std::int64_t first_id = std::min(left->id, right->id);
-  vehicle->id = vehicle->id == 0 ? first_id : std::min(vehicle->id, first_id);
 }
 
 void Pairing::refresh(Vehicles& vehicles, std::int64_t frame) {

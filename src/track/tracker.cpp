@@ -50,6 +50,7 @@ class Tracker::Impl {
   void end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& ended);
   void end_vehicle(Vehicle& vehicle, std::vector<VehicleTrack>& ended);
   void end_single(const Lamp& lamp, std::vector<VehicleTrack>& ended);
+  void report(Verdict verdict, VehicleTrack&& track, std::vector<VehicleTrack>& ended);
   void count(Verdict verdict);
   void name_kinds(BlobFrame& frame, const std::vector<Spot>& spots) const;
 
@@ -62,7 +63,7 @@ class Tracker::Impl {
   std::vector<std::pair<int, Lamp*>> seen_;  // spot, lamp
   LightScale lights_;
   TrackCounts counts_;
-  std::int64_t next_id_ = 1;
+  int reported_ = 0;
   std::optional<CameraTime> last_time_;
 };
 
@@ -193,7 +194,6 @@ void Tracker::Impl::drop_doubtful_past(Lamp& lamp) {
       std::find_if(lamp.records.begin(), lamp.records.end(),
                    [&](const auto& one) { return one.time >= *lamp.doubtful_at; });
   lamp.records.erase(lamp.records.begin(), keep_from);
-  lamp.id = next_id_++;
 }
 
 void Tracker::Impl::bear(const std::vector<Spot>& spots, const Association& found,
@@ -206,8 +206,8 @@ void Tracker::Impl::bear(const std::vector<Spot>& spots, const Association& foun
         std::log(std::max(spots[j].blob->flux, 1e-9)) - 2.0 * std::log(inverse_depth);
     const auto typical = lights_.typical(spots[j].blob->kind);
     if (typical && strength < *typical - kFarTooFaint) continue;
-    lamps_.push_back(std::make_unique<Lamp>(next_id_++, spots[j], view_.place(spots[j].at_px),
-                                            frame.frame, frame.time, view_));
+    lamps_.push_back(std::make_unique<Lamp>(spots[j], view_.place(spots[j].at_px), frame.frame,
+                                            frame.time, view_));
     seen_.emplace_back(static_cast<int>(j), lamps_.back().get());
   }
 }
@@ -251,7 +251,6 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
       for (Lamp* lamp : {vehicle->left, vehicle->right}) {
         lamp->vehicle = nullptr;
         lamp->records.clear();
-        lamp->id = next_id_++;
         pairing_.forget(lamp);
       }
       vehicle->left = vehicle->right = nullptr;
@@ -290,18 +289,24 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
   });
 }
 
+void Tracker::Impl::report(Verdict verdict, VehicleTrack&& track,
+                           std::vector<VehicleTrack>& ended) {
+  count(verdict);
+  if (verdict != Verdict::vehicle) return;
+  track.id = ++reported_;
+  ended.push_back(std::move(track));
+}
+
 void Tracker::Impl::end_vehicle(Vehicle& vehicle, std::vector<VehicleTrack>& ended) {
   VehicleTrack track;
   const Verdict verdict = judge_vehicle(vehicle, view_, options_, lights_, track);
-  count(verdict);
-  if (verdict == Verdict::vehicle) ended.push_back(std::move(track));
+  report(verdict, std::move(track), ended);
 }
 
 void Tracker::Impl::end_single(const Lamp& lamp, std::vector<VehicleTrack>& ended) {
   VehicleTrack track;
   const Verdict verdict = judge_single(lamp, view_, options_, lights_, track);
-  count(verdict);
-  if (verdict == Verdict::vehicle) ended.push_back(std::move(track));
+  report(verdict, std::move(track), ended);
 }
 
 void Tracker::Impl::count(Verdict verdict) {

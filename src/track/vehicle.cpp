@@ -143,7 +143,6 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
     return Verdict::undecided;
   if (beside_the_road(laterals_m, view)) return Verdict::off_road;
 
-  track.id = static_cast<int>(vehicle.id);
   track.kind = vehicle.kind;
   track.direction = vehicle.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;
   track.single_lamp = false;
@@ -199,7 +198,6 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   }
   if (beside_the_road(laterals_m, view)) return Verdict::off_road;
 
-  track.id = static_cast<int>(lamp.id);
   track.kind = lamp.kind();
   track.direction = track.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;
   track.single_lamp = true;

@@ -15,7 +15,6 @@ struct Vehicle {
   Lamp* left = nullptr;
   Lamp* right = nullptr;
   std::vector<LampRecord> past_left, past_right;
-  std::int64_t id = 0;
   LampKind kind = LampKind::headlamp;
   int both_seen = 0;  ///< frames
   double chi2 = 0.0;  ///< of the pair, recent mean
