@@ -8,8 +8,8 @@
 
 #include "pipelines/commands.h"
 #include "pipelines/progress.h"
+#include "synth/frame_times.h"
 #include "synth/render.h"
-#include "synth/truth.h"
 
 namespace vildar {
 namespace {

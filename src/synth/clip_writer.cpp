@@ -12,6 +12,7 @@ extern "C" {
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "synth/frame_times.h"
 
 namespace vildar {
 namespace {
@@ -37,7 +38,47 @@ AVColorTransferCharacteristic transfer_of(ResponseKind kind) {
   return AVCOL_TRC_UNSPECIFIED;
 }
 
+const char* encoder_name(ClipCodec codec) {
+  switch (codec) {
+    case ClipCodec::h264: return "libx264";
+    case ClipCodec::h265: return "libx265";
+    case ClipCodec::mjpeg: return "mjpeg";
+    case ClipCodec::ffv1: return "ffv1";
+  }
+  return "";
+}
+
+bool is_mp4(ClipCodec codec) { return codec == ClipCodec::h264 || codec == ClipCodec::h265; }
+
+void apply_quality(const EncoderScene& settings, AVCodecContext& context) {
+  const std::string crf = std::to_string(settings.crf);
+  switch (settings.codec) {
+    case ClipCodec::ffv1: context.level = 3; return;
+    case ClipCodec::mjpeg:
+      context.strict_std_compliance = FF_COMPLIANCE_UNOFFICIAL;  // limited range
+      context.flags |= AV_CODEC_FLAG_QSCALE;
+      context.global_quality = settings.quality * FF_QP2LAMBDA;
+      return;
+    case ClipCodec::h264:
+      av_opt_set(context.priv_data, "preset", "medium", 0);
+      // With it x264 reads memory that it never wrote, and the same pictures give other bytes.
+      av_opt_set(context.priv_data, "mbtree", "0", 0);
+      break;
+    case ClipCodec::h265:
+      av_opt_set(context.priv_data, "preset", "medium", 0);
+      av_opt_set(context.priv_data, "x265-params", "log-level=none:pools=none:frame-threads=1", 0);
+      context.codec_tag = MKTAG('h', 'v', 'c', '1');
+      break;
+  }
+  if (settings.bitrate_bps)
+    context.bit_rate = *settings.bitrate_bps;
+  else
+    av_opt_set(context.priv_data, "crf", crf.c_str(), 0);
+}
+
 }  // namespace
+
+const char* clip_file_name(ClipCodec codec) { return is_mp4(codec) ? "clip.mp4" : "clip.mkv"; }
 
 struct ClipWriter::Encoder {
   explicit Encoder(const std::filesystem::path& path) : file(path) {}
@@ -68,20 +109,22 @@ struct ClipWriter::Encoder {
   std::unique_ptr<AVFrame, ContextDeleter> picture;
   std::unique_ptr<AVPacket, ContextDeleter> packet;
   AVStream* stream = nullptr;
+  bool uneven = false;
   std::int64_t next_pts = 0;
 };
 
-ClipWriter::ClipWriter(const std::filesystem::path& path, const EncoderScene& settings,
-                       const CameraSite& camera, double frame_rate_hz)
+ClipWriter::ClipWriter(const std::filesystem::path& path, const Scenario& scenario)
     : encoder_(std::make_unique<Encoder>(path)) {
   av_log_set_level(AV_LOG_QUIET);  // a library never prints; return codes say what failed
   Encoder& e = *encoder_;
-  const bool lossless = settings.codec == ClipCodec::ffv1;
-  const AVCodec* codec =
-      lossless ? avcodec_find_encoder(AV_CODEC_ID_FFV1) : avcodec_find_encoder_by_name("libx264");
+  const EncoderScene& settings = scenario.encoder;
+  const CameraSite& camera = *scenario.site.camera;
+  const bool in_mp4 = is_mp4(settings.codec);
+  e.uneven = frames_uneven(scenario);
+  const AVCodec* codec = avcodec_find_encoder_by_name(encoder_name(settings.codec));
   if (!codec)
-    throw OutputError(path.string() + ": this libavcodec has no encoder for " +
-                      (lossless ? "ffv1" : "h264 (libx264)") + "; install one that has");
+    throw OutputError(path.string() + ": this libavcodec has no encoder " +
+                      encoder_name(settings.codec) + "; install one that has");
   e.context.reset(avcodec_alloc_context3(codec));
   e.picture.reset(av_frame_alloc());
   e.packet.reset(av_packet_alloc());
@@ -90,31 +133,21 @@ ClipWriter::ClipWriter(const std::filesystem::path& path, const EncoderScene& se
   c.width = camera.width_px;
   c.height = camera.height_px;
   c.pix_fmt = AV_PIX_FMT_YUV420P;
-  c.framerate = av_d2q(frame_rate_hz, 100100);
-  c.time_base = av_inv_q(c.framerate);
+  c.framerate = av_d2q(scenario.frame_rate_hz, 100100);
+  c.time_base = e.uneven ? AVRational{1, kUnevenTicks_hz} : av_inv_q(c.framerate);
   c.color_range = AVCOL_RANGE_MPEG;
   c.colorspace = AVCOL_SPC_BT709;
   c.color_primaries = AVCOL_PRI_BT709;
   c.color_trc = transfer_of(camera.response);
-  c.gop_size = static_cast<int>(std::lround(2.0 * frame_rate_hz)) + 1;
+  c.gop_size = static_cast<int>(std::lround(2.0 * scenario.frame_rate_hz)) + 1;
   c.thread_count = 1;  // the bytes depend on how many threads share the work
   c.flags |= AV_CODEC_FLAG_BITEXACT;
-  if (lossless) {
-    c.level = 3;
-  } else {
-    av_opt_set(c.priv_data, "preset", "medium", 0);
-    // With it x264 reads memory that it never wrote, and the same pictures give other bytes.
-    av_opt_set(c.priv_data, "mbtree", "0", 0);
-    if (settings.bitrate_bps)
-      c.bit_rate = *settings.bitrate_bps;
-    else
-      av_opt_set(c.priv_data, "crf", std::to_string(settings.crf).c_str(), 0);
-  }
+  apply_quality(settings, c);
 
   AVFormatContext* format = nullptr;
   const std::string part = e.file.part_path().string();
   e.check(
-      avformat_alloc_output_context2(&format, nullptr, lossless ? "matroska" : "mp4", part.c_str()),
+      avformat_alloc_output_context2(&format, nullptr, in_mp4 ? "mp4" : "matroska", part.c_str()),
       "no such container");
   e.format.reset(format);
   format->flags |= AVFMT_FLAG_BITEXACT;
@@ -127,7 +160,7 @@ ClipWriter::ClipWriter(const std::filesystem::path& path, const EncoderScene& se
   e.check(avcodec_parameters_from_context(e.stream->codecpar, &c), "no stream parameters");
   e.check(avio_open(&format->pb, part.c_str(), AVIO_FLAG_WRITE), "cannot be opened");
   AVDictionary* options = nullptr;
-  if (!lossless) av_dict_set(&options, "movflags", "+faststart", 0);
+  if (in_mp4) av_dict_set(&options, "movflags", "+faststart", 0);
   const int code = avformat_write_header(format, &options);
   av_dict_free(&options);
   e.check(code, "the header cannot be written");
@@ -155,7 +188,7 @@ void ClipWriter::write(const Frame& frame) {
     std::memcpy(picture.data[2] + v * picture.linesize[2], frame.chroma.cr + offset,
                 static_cast<std::size_t>(chroma_width));
   }
-  picture.pts = e.next_pts++;
+  picture.pts = e.uneven ? std::llround(seconds_of(frame.time) * kUnevenTicks_hz) : e.next_pts++;
   e.check(avcodec_send_frame(e.context.get(), &picture), "encoding failed");
   e.drain();
 }

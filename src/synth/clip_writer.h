@@ -8,13 +8,16 @@
 
 namespace vildar {
 
+/// clip.mp4 for h264 and h265, clip.mkv for mjpeg and ffv1.
+const char* clip_file_name(ClipCodec codec);
+
 /// Encodes pictures to a clip that appears whole under its name, or not at all. The same pictures
 /// give the same bytes on the same version of the codec library. Throws OutputError where the clip
 /// cannot be written.
 class ClipWriter {
  public:
-  ClipWriter(const std::filesystem::path& path, const EncoderScene& encoder,
-             const CameraSite& camera, double frame_rate_hz);
+  /// The scenario's site must have a camera.
+  ClipWriter(const std::filesystem::path& path, const Scenario& scenario);
   ~ClipWriter();
 
   /// Frames of the size of the camera, 8 bit, 4:2:0, in order.

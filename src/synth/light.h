@@ -17,12 +17,16 @@ struct LightColour {
 
 /// A round lamp as a sensor sees it.
 struct Emitter {
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< frame that moves with the sensors
   double radius_m = 0.0;
-  double intensity_cd = 0.0;
+  double intensity_cd = 0.0;  ///< toward the sensor, mean of its waveform, dimmed by the air
   LightColour colour;
+  Waveform waveform;
+  /// Standard deviation of its drawing-out upright, by water on the road.
+  double streak_rad = 0.0;
   std::optional<std::size_t> vehicle;  ///< index into Scenario::vehicles; street lamps have none
-  std::size_t lamp = 0;                ///< index into lamp_positions_m()
+  std::size_t lamp = 0;                ///< index into lamp_positions_m(), or of the street lamp
+  Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  ///< of a mirror image from its lamp
 };
 
 /// All lamps whose light reaches `sensor_m` at `time_s`: they face it and no body stands between.
@@ -31,12 +35,17 @@ struct Emitter {
 std::vector<Emitter> emitters_toward(const Scenario& scenario, const Eigen::Vector3d& sensor_m,
                                      double time_s);
 
-/// Whether the body of another vehicle hides a point of vehicle `index` from the sensor.
-bool hidden_by_others(const Scenario& scenario, std::size_t index, const Eigen::Vector3d& point_m,
-                      const Eigen::Vector3d& sensor_m, double time_s);
+/// Where that emitter is at another time, were it still to be seen.
+Eigen::Vector3d emitter_position_m(const Scenario& scenario, const Emitter& emitter, double time_s);
 
-/// Share of unpolarised light that a water surface (n = 1.33) mirrors at an angle of `grazing_rad`
-/// above it (0 along the surface), Fresnel.
-double water_reflectance(double grazing_rad);
+/// Intensity of one lamp of a vehicle toward a point it faces; mean of the waveform, clear air.
+double lamp_intensity_cd(const VehicleScene& vehicle, const VehicleState& state,
+                         const Eigen::Vector3d& lamp_m, const Eigen::Vector3d& toward_m,
+                         double time_s);
+
+/// Whether the body of another vehicle hides a point of vehicle `index` from the sensor.
+bool hidden_by_others(const Scenario& scenario, const std::vector<VehicleState>& states,
+                      std::size_t index, const Eigen::Vector3d& point_m,
+                      const Eigen::Vector3d& sensor_m);
 
 }  // namespace vildar

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "core/quantity.h"
 
 namespace vildar {
 namespace {
@@ -59,7 +62,90 @@ void LightPlane::clear() {
   has_far_ = false;
 }
 
+void LightPlane::touch(int v, int first, int last) {
+  Span& span = spans_[static_cast<std::size_t>(v)];
+  span = span.first < span.last ? Span{std::min(span.first, first), std::max(span.last, last + 1)}
+                                : Span{first, last + 1};
+}
+
+void LightPlane::add_streak(const LampImage& lamp) {
+  // A uniform disc has the variance radius^2 / 4 along each axis, a pixel 1 / 12.
+  const double core2_px2 = psf_->shape().core_sigma_px * psf_->shape().core_sigma_px +
+                           0.25 * lamp.disc_radius_px * lamp.disc_radius_px + 1.0 / 12.0;
+  const double across_px = std::sqrt(core2_px2);
+  const double along_px = std::sqrt(core2_px2 + lamp.streak_px * lamp.streak_px);
+  constexpr double kReach = 4.0;
+  const auto bounds = [](double centre_px, double sigma_px, int size) {
+    return std::pair(std::max(0, static_cast<int>(std::ceil(centre_px - kReach * sigma_px))),
+                     std::min(size - 1, static_cast<int>(centre_px + kReach * sigma_px)));
+  };
+  const auto [u_first, u_last] = bounds(lamp.centre_px.x(), across_px, width_px_);
+  const auto [v_first, v_last] = bounds(lamp.centre_px.y(), along_px, height_px_);
+  if (u_first > u_last || v_first > v_last) return;
+  const auto weight = [](double offset_px, double sigma_px) {
+    return std::exp(-0.5 * offset_px * offset_px / (sigma_px * sigma_px)) /
+           (std::sqrt(2.0 * kPi) * sigma_px);
+  };
+  streak_weights_.clear();
+  for (int u = u_first; u <= u_last; ++u)
+    streak_weights_.push_back(static_cast<float>(weight(u - lamp.centre_px.x(), across_px)));
+  for (int v = v_first; v <= v_last; ++v) {
+    touch(v, u_first, u_last);
+    const auto light = static_cast<float>(lamp.flux * weight(v - lamp.centre_px.y(), along_px));
+    const auto red = static_cast<float>(lamp.colour.red),
+               blue = static_cast<float>(lamp.colour.blue);
+    const std::size_t start = offset(v) + static_cast<std::size_t>(u_first);
+    for (std::size_t i = 0; i < streak_weights_.size(); ++i) {
+      const float here = light * streak_weights_[i];
+      luminance_[start + i] += here;
+      red_[start + i] += red * here;
+      blue_[start + i] += blue * here;
+    }
+  }
+}
+
+void LightPlane::add(const QuadImage& quad) {
+  const double sigma_px = std::hypot(psf_->shape().core_sigma_px, std::sqrt(1.0 / 12.0));
+  const double reach_px = 4.0 * sigma_px;
+  Eigen::Vector2d low = quad.corners_px[0], high = low, middle = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& corner : quad.corners_px) {
+    low = low.cwiseMin(corner);
+    high = high.cwiseMax(corner);
+    middle += 0.25 * corner;
+  }
+  const auto clamped = [](double place_px, int size) {
+    return static_cast<int>(std::clamp(place_px, 0.0, size - 1.0));
+  };
+  if (high.x() < 0.0 || high.y() < 0.0 || low.x() > width_px_ || low.y() > height_px_) return;
+  const int u_first = clamped(low.x() - reach_px, width_px_);
+  const int u_last = clamped(high.x() + reach_px, width_px_);
+  for (int v = clamped(low.y() - reach_px, height_px_);
+       v <= clamped(high.y() + reach_px, height_px_); ++v) {
+    touch(v, u_first, u_last);
+    for (int u = u_first; u <= u_last; ++u) {
+      double cover = 1.0;
+      for (std::size_t i = 0; i < 4; ++i) {
+        const Eigen::Vector2d& from = quad.corners_px[i];
+        const Eigen::Vector2d edge = (quad.corners_px[(i + 1) % 4] - from).normalized();
+        const Eigen::Vector2d normal(-edge.y(), edge.x());
+        const double inward = normal.dot(middle - from) < 0.0 ? -1.0 : 1.0;
+        const double inside_px = inward * normal.dot(Eigen::Vector2d(u, v) - from);
+        cover *= 0.5 * std::erfc(-inside_px / (sigma_px * std::sqrt(2.0)));
+      }
+      const std::size_t place = offset(v) + static_cast<std::size_t>(u);
+      const double light = quad.light * cover;
+      luminance_[place] += static_cast<float>(light);
+      red_[place] += static_cast<float>(quad.colour.red * light);
+      blue_[place] += static_cast<float>(quad.colour.blue * light);
+    }
+  }
+}
+
 void LightPlane::add(const LampImage& lamp) {
+  if (lamp.streak_px > 0.0) {
+    add_streak(lamp);
+    return;
+  }
   const LampProfile profile = psf_->profile(lamp.disc_radius_px);
   const double smear_px = lamp.velocity_px_per_s.norm() * exposure_s_;
   const int steps =
@@ -93,10 +179,7 @@ void LightPlane::add_near(const LampImage& lamp, const LampProfile& profile, dou
     const int u_last =
         std::min(width_px_ - 1, static_cast<int>(std::ceil(centre_px.x() + wide_px)));
     if (u_first > u_last) continue;
-    Span& span = spans_[static_cast<std::size_t>(v)];
-    span = span.first < span.last
-               ? Span{std::min(span.first, u_first), std::max(span.last, u_last + 1)}
-               : Span{u_first, u_last + 1};
+    touch(v, u_first, u_last);
     float* luminance = &luminance_[offset(v)];
     float* red = &red_[offset(v)];
     float* blue = &blue_[offset(v)];

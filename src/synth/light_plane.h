@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include <Eigen/Core>
@@ -16,6 +17,14 @@ struct LampImage {
   double disc_radius_px = 0.0;
   double flux = 0.0;  ///< electrons over the whole picture of the lamp
   LightColour colour;
+  double streak_px = 0.0;  ///< > 0: a mirror image, gaussian upright, without wings
+};
+
+/// A lit quadrangle, corners in order round it; its edges are softened by the core of the PSF.
+struct QuadImage {
+  std::array<Eigen::Vector2d, 4> corners_px;
+  double light = 0.0;  ///< electrons per pixel
+  LightColour colour;
 };
 
 /// Sums the light of lamps over a picture, linear, in electrons; what lies outside is lost.
@@ -26,6 +35,7 @@ class LightPlane {
   LightPlane(int width_px, int height_px, const Psf& psf, double exposure_s, double row_s);
 
   void add(const LampImage& lamp);
+  void add(const QuadImage& quad);
   void clear();
 
   /// Columns [first, last) of a row that hold more than the smooth far light; empty where first >=
@@ -45,10 +55,13 @@ class LightPlane {
   double at(int u, int v) const;
 
  private:
+  /// Notes that columns [first, last] of a row are about to be written.
+  void touch(int v, int first, int last);
   std::size_t offset(int v) const {
     return static_cast<std::size_t>(v) * static_cast<std::size_t>(width_px_);
   }
   void add_near(const LampImage& lamp, const LampProfile& profile, double time_s, double share);
+  void add_streak(const LampImage& lamp);
   void add_far(const LampImage& lamp, const LampProfile& profile);
 
   int width_px_, height_px_;
@@ -56,6 +69,7 @@ class LightPlane {
   double exposure_s_, row_s_;
   std::vector<float> luminance_, red_, blue_;
   std::vector<Span> spans_;
+  std::vector<float> streak_weights_;
   int far_columns_, far_rows_;
   std::vector<float> far_;
   bool has_far_ = false;

@@ -1,11 +1,10 @@
 #include "synth/photodiode_trace.h"
 
+#include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 
-#include "core/error.h"
-#include "core/random.h"
+#include "optics/atmosphere.h"
 #include "optics/channel.h"
 #include "synth/light.h"
 
@@ -17,11 +16,15 @@ Eigen::Vector3d place_of(const PhotodiodeSite& photodiode) {
           photodiode.position_m[2].mean};
 }
 
-bool in_view(const PhotodiodeSite& photodiode, const Eigen::Vector3d& direction) {
+Eigen::Vector3d axis_of(const PhotodiodeSite& photodiode) {
   const double level = std::cos(photodiode.pitch_rad);
-  const Eigen::Vector3d axis(level * std::cos(photodiode.yaw_rad),
-                             level * std::sin(photodiode.yaw_rad), std::sin(photodiode.pitch_rad));
-  return direction.dot(axis) >= direction.norm() * std::cos(photodiode.half_field_of_view_rad);
+  return {level * std::cos(photodiode.yaw_rad), level * std::sin(photodiode.yaw_rad),
+          std::sin(photodiode.pitch_rad)};
+}
+
+bool in_view(const PhotodiodeSite& photodiode, const Eigen::Vector3d& direction) {
+  return direction.dot(axis_of(photodiode)) >=
+         direction.norm() * std::cos(photodiode.half_field_of_view_rad);
 }
 
 PowerLaw law_of(const Scenario& scenario) {
@@ -37,80 +40,51 @@ PowerLaw law_of(const Scenario& scenario) {
   return law;
 }
 
-double total_w(const Scenario& scenario, const PhotodiodeSite& photodiode, double time_s) {
-  double sum_w = 0.0;
-  for (std::size_t i = 0; i < scenario.vehicles.size(); ++i)
-    sum_w += vehicle_power_w(scenario, i, photodiode, time_s);
-  return sum_w;
+// Sum over the lamps by their beam.
+double beam_power_w(const Scenario& scenario, const VehicleScene& vehicle,
+                    const VehicleState& state, const PhotodiodeSite& photodiode, double time_s) {
+  const Eigen::Vector3d sensor_m = place_of(photodiode);
+  const Eigen::Vector3d axis = axis_of(photodiode);
+  double sum_lx = 0.0;
+  for (const Eigen::Vector3d& lamp_m : lamp_positions_m(vehicle, state)) {
+    const Eigen::Vector3d way_m = lamp_m - sensor_m;
+    const double distance_m = way_m.norm();
+    const double incidence = std::max(0.0, axis.dot(way_m) / distance_m);
+    sum_lx += lamp_intensity_cd(vehicle, state, lamp_m, sensor_m, time_s) * incidence /
+              (distance_m * distance_m) *
+              transmittance(scenario.extinction_per_m, Metres(distance_m));
+  }
+  return sum_lx * photodiode.area_m2.value() / scenario.site.channel->luminous_efficacy_lm_per_w;
 }
 
 }  // namespace
 
-double vehicle_power_w(const Scenario& scenario, std::size_t index,
-                       const PhotodiodeSite& photodiode, double time_s) {
+double vehicle_power_w(const Scenario& scenario, const std::vector<VehicleState>& states,
+                       std::size_t index, const PhotodiodeSite& photodiode, double time_s) {
   const VehicleScene& vehicle = scenario.vehicles[index];
-  const VehicleState state = state_at(vehicle, scenario.site.road, time_s);
+  const VehicleState& state = states[index];
   const Eigen::Vector3d sensor_m = place_of(photodiode);
   const Eigen::Vector3d lamp_m(state.place_m.x(), state.place_m.y(), vehicle.lamp_height_m);
   const Eigen::Vector3d way_m = lamp_m - sensor_m;
   if (!lamps_face(vehicle, state, sensor_m) || !in_view(photodiode, way_m)) return 0.0;
-  if (hidden_by_others(scenario, index, lamp_m, sensor_m, time_s)) return 0.0;
+  if (hidden_by_others(scenario, states, index, lamp_m, sensor_m)) return 0.0;
+  if (scenario.site.channel && !scenario.site.channel->beam.empty())
+    return photodiode.gain_ratio.mean * beam_power_w(scenario, vehicle, state, photodiode, time_s);
   return vehicle.power_ratio * photodiode.gain_ratio.mean *
-         law_of(scenario).power_w(way_m.x(), way_m.tail<2>().norm());
+         law_of(scenario).power_w(way_m.x(), way_m.tail<2>().norm()) *
+         transmittance(scenario.extinction_per_m, Metres(way_m.norm()));
 }
 
-RenderedTrace render_trace(const Scenario& scenario) {
+double light_w(const Scenario& scenario, const PhotodiodeSite& photodiode, double time_s) {
   const PhotodiodeScene& scene = scenario.photodiode;
-  const std::vector<PhotodiodeSite>& photodiodes = scenario.site.photodiodes;
-  RenderedTrace trace;
-  const double offset_s = photodiodes.front().time_offset_s.mean;
-  trace.noise_w = scene.noise_w;
-  if (scene.snr_db) {
-    const double first_w = total_w(scenario, photodiodes.front(), offset_s);
-    if (!(first_w > 0.0))
-      throw ConfigError(
-          {{scenario.file.string(), 0, "photodiode.snr_db",
-            "no vehicle lights the first photodiode at t = 0, so the ratio has no meaning",
-            "give noise_w instead, or start a vehicle in its field of view"}});
-    trace.noise_w = first_w * std::pow(10.0, -*scene.snr_db / 20.0);
-  }
-  const auto samples = static_cast<std::size_t>(std::llround(scenario.duration_s * scene.rate_hz));
-  trace.time_s.resize(samples);
-  trace.power_w.assign(photodiodes.size(), std::vector<double>(samples));
-  Random random(scenario.seed);
-  for (std::size_t i = 0; i < samples; ++i) {
-    trace.time_s[i] = static_cast<double>(i) / scene.rate_hz;
-    for (std::size_t p = 0; p < photodiodes.size(); ++p) {
-      double power_w =
-          scene.ambient_w + total_w(scenario, photodiodes[p], trace.time_s[i] + offset_s);
-      if (trace.noise_w > 0.0) power_w += random.normal(0.0, trace.noise_w);
-      trace.power_w[p][i] = power_w;
-    }
-  }
-  return trace;
-}
-
-std::string trace_csv(const Scenario& scenario, const RenderedTrace& trace) {
-  std::string text = "t_s";
-  if (trace.power_w.size() == 1) {
-    text += ",power_w";
-  } else {
-    for (const PhotodiodeSite& photodiode : scenario.site.photodiodes)
-      text += "," + photodiode.id + "_power_w";
-  }
-  text += '\n';
-  // Enough decimals of time to tell neighbours apart at 100 kHz and odd rates.
-  char cell[64];
-  for (std::size_t i = 0; i < trace.time_s.size(); ++i) {
-    std::snprintf(cell, sizeof cell, "%.9g", trace.time_s[i]);
-    text += cell;
-    for (const std::vector<double>& power_w : trace.power_w) {
-      std::snprintf(cell, sizeof cell, ",%.*g", scenario.photodiode.digits, power_w[i]);
-      text += cell;
-    }
-    text += '\n';
-  }
-  return text;
+  double sum_w = scene.ambient_w;
+  if (scene.ambient_flicker > 0.0)
+    sum_w *= Waveform::sine(2.0 * scenario.site.mains_hz, scene.ambient_flicker, 0.0).at(time_s);
+  const std::vector<VehicleState> states = states_at(scenario, time_s);
+  for (std::size_t i = 0; i < states.size(); ++i)
+    sum_w += vehicle_power_w(scenario, states, i, photodiode, time_s) *
+             scenario.vehicles[i].waveform.at(time_s);
+  return sum_w;
 }
 
 }  // namespace vildar

@@ -4,23 +4,35 @@
 #include <string>
 #include <vector>
 
+#include "synth/motion.h"
 #include "synth/scenario.h"
 
 namespace vildar {
 
-/// Power that one photodiode receives from one vehicle at clip time `time_s`, by the power law of
-/// the site's channel: K times lamp power, D from the photodiode to the vehicle's place at lamp
-/// height, cos(theta) = R / D. Zero where the vehicle is outside the field of view, its lamps look
-/// the other way, or another body hides it. Throws std::invalid_argument where the site lacks the
-/// channel.
-double vehicle_power_w(const Scenario& scenario, std::size_t vehicle,
-                       const PhotodiodeSite& photodiode, double time_s);
+/// Mean power (over the waveform of its lamps) that one photodiode receives from one vehicle.
+///
+/// With the power law of the site's channel: K times lamp power, D from the photodiode to the
+/// vehicle's place at lamp height, cos(theta) = R / D. With a beam, the channel's or the vehicle's
+/// own: the sum over the lamps of I cos(incidence) area / D^2 / efficacy. Both are dimmed by the
+/// air. Zero where the vehicle is outside the field of view, its lamps look the other way, or
+/// another body hides it. Throws std::invalid_argument where the site lacks the channel.
+/// `states` are those of states_at(scenario, time_s).
+double vehicle_power_w(const Scenario& scenario, const std::vector<VehicleState>& states,
+                       std::size_t vehicle, const PhotodiodeSite& photodiode, double time_s);
 
-/// What the photodiodes of a scenario record: all vehicles, ambient light, white noise.
+/// All light on a photodiode at one instant of clip time: vehicles with their waveforms, and the
+/// ambient light with its flicker.
+double light_w(const Scenario& scenario, const PhotodiodeSite& photodiode, double time_s);
+
+/// Light of one step of the converter. Needs adc_bits and full_scale_w, or for counts what turns
+/// them into watts; throws std::bad_optional_access without.
+double converter_step_w(const PhotodiodeScene& scene, const PhotodiodeSite& photodiode);
+
+/// What the photodiodes of a scenario record, in watts of light.
 struct RenderedTrace {
   std::vector<double> time_s;                ///< photodiode clock
   std::vector<std::vector<double>> power_w;  ///< [photodiode][sample]
-  double noise_w = 0.0;                      ///< standard deviation of one sample
+  double noise_w = 0.0;                      ///< standard deviation of one sample, white part
 };
 
 /// Throws ConfigError where a noise in decibels is asked for and no vehicle is received at the

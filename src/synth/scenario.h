@@ -7,12 +7,37 @@
 #include <string>
 #include <vector>
 
+#include "core/quantity.h"
+#include "optics/lamp_beam.h"
+#include "synth/waveform.h"
+#include "types/power.h"
 #include "types/site.h"
 
 namespace vildar {
 
 enum class VehicleKind { car, lorry, motorcycle };
 enum class VehicleLamps { head, tail };
+
+/// From `from_s` on, until the next change.
+struct SpeedChange {
+  double from_s = 0.0;  ///< > 0, increasing along the list
+  double acceleration_mps2 = 0.0;
+};
+
+/// A smooth move sideways; speed, slope and curvature begin and end at zero.
+struct LaneChange {
+  double from_s = 0.0;
+  double duration_s = 3.0;
+  int to_lane = 0;       ///< index into Site::road.lanes
+  double shift_m = 0.0;  ///< to the left of the way up-road
+};
+
+/// The nose of a vehicle that goes up and down.
+struct PitchScene {
+  double amplitude_rad = 0.0;
+  double frequency_hz = 1.5;
+  double phase_rad = 0.0;
+};
 
 /// A vehicle of a scenario: what it is, and how it moves along its lane.
 struct VehicleScene {
@@ -29,12 +54,36 @@ struct VehicleScene {
   double intensity_cd = 600.0;  ///< of each lamp toward the sensors
   VehicleLamps lamps = VehicleLamps::head;
   double power_ratio = 1.0;  ///< of its optical power over the site's lamp_power_w
+  std::vector<SpeedChange> speed_changes;
+  std::vector<LaneChange> lane_changes;
+  PitchScene pitch;
+  /// Intensity by direction of each lamp; absent: `intensity_cd` wherever the lamps face.
+  std::optional<LampBeam> beam;
+  Waveform waveform;  ///< of its lamps
 };
 
 struct StreetLampScene {
   std::array<double, 3> position_m{};
   double intensity_cd = 0.0;
   double radius_m = 0.15;
+  Waveform waveform;
+};
+
+/// An upright lit rectangle, seen from the front alone.
+struct SignScene {
+  std::array<double, 3> position_m{};  ///< its middle
+  double width_m = 1.0;
+  double height_m = 1.0;
+  double facing_rad = kPi;  ///< the way its face looks, anticlockwise from +x
+  double luminance_cd_per_m2 = 100.0;
+  std::array<double, 2> red_blue{1.0, 1.0};  ///< relative to white of the same luminance
+};
+
+/// Unsteadiness of the camera: a seeded sum of sines about `frequency_hz`.
+struct ShakeScene {
+  double yaw_std_rad = 0.0;
+  double pitch_std_rad = 0.0;
+  double frequency_hz = 3.0;
 };
 
 /// How the camera turns light into codes, beyond what the site file says of it.
@@ -52,20 +101,51 @@ struct ImageScene {
   double wing_exponent = 2.5;  ///< light falls as r^-wing_exponent far out
   double sky_cd_per_m2 = 0.002;
   double road_cd_per_m2 = 0.05;
+  double glow_cd_per_m2 = 0.0;   ///< of the sky at the horizon, above sky_cd_per_m2
+  double glow_height_rad = 0.1;  ///< elevation at which the glow has fallen to 1 / e
+  double dark_e_per_s = 0.0;     ///< dark current; its mean is taken off, its noise stays
+  double prnu = 0.0;             ///< standard deviation of the pixels' sensitivities, relative
+  bool road_light = true;        ///< headlamps light the road
+  bool own_lamps = false;        ///< the sensors' own vehicle lights the road before it
+  bool bayer = false;  ///< each pixel sees one colour; the others come from its neighbours
 };
 
-enum class ClipCodec { h264, ffv1 };
+enum class ClipCodec { h264, h265, mjpeg, ffv1 };
 struct EncoderScene {
   ClipCodec codec = ClipCodec::h264;
   int crf = 20;
   std::optional<int> bitrate_bps;  ///< instead of the constant quality
+  int quality = 3;                 ///< mjpeg: 2 (best) to 31
 };
 
+/// When pictures are taken.
+struct FrameTimesScene {
+  double jitter_s = 0.0;       ///< standard deviation of each picture's delay
+  double dropped_share = 0.0;  ///< of pictures, at random, that never arrive
+  std::vector<int> dropped;    ///< places in the undisturbed order that never arrive
+};
+
+/// A time without samples, photodiode clock.
+struct TraceGap {
+  double from_s = 0.0;
+  double to_s = 0.0;
+};
+
+/// How the photodiodes turn light into numbers, beyond what the site file says of them.
 struct PhotodiodeScene {
   double rate_hz = 1000.0;
-  std::optional<double> snr_db;  ///< 20 log10(P(t = 0) / sigma); without it `noise_w`
-  double noise_w = 0.0;          ///< standard deviation of one sample
-  double ambient_w = 0.0;
+  std::optional<double> snr_db;         ///< 20 log10(P(t = 0) / sigma); without it `noise_w`
+  double noise_w = 0.0;                 ///< standard deviation of one sample, white
+  double ambient_w = 0.0;               ///< mean; street lamps that never move
+  double ambient_flicker = 0.0;         ///< relative amplitude at twice the mains frequency
+  std::optional<double> bandwidth_hz;   ///< one pole; absent: every sample is the light at its time
+  bool shot_noise = false;              ///< needs responsivity_a_per_w
+  std::optional<double> temperature_k;  ///< thermal noise of the feedback resistor
+  std::optional<int> adc_bits;
+  std::optional<double> full_scale_w;  ///< of the converter, for the first photodiode's gain
+  PowerQuantity quantity = PowerQuantity::power_w;  ///< what the file holds
+  double clock_drift_ppm = 0.0;                     ///< t_clip = t_pd (1 + drift) + time_offset_s
+  std::vector<TraceGap> gaps;
   int digits = 6;  ///< significant digits written
 };
 
@@ -76,12 +156,18 @@ struct Scenario {
   double frame_rate_hz = 25.0;
   std::uint64_t seed = 1;
   Site site;
+  /// What site.yaml says, where that is not the truth; its sensors are those of `site`.
+  std::optional<Site> told_site;
   std::vector<VehicleScene> vehicles;
   std::vector<StreetLampScene> street_lamps;
+  std::vector<SignScene> signs;
+  ShakeScene shake;
   ImageScene image;
+  FrameTimesScene frame_times;
   EncoderScene encoder;
   PhotodiodeScene photodiode;
   bool wet_road = false;
+  double extinction_per_m = 0.0;  ///< of the air
 };
 
 /// Reads a scenario file; throws ConfigError with every problem found in it.

@@ -11,6 +11,7 @@ namespace {
 constexpr int kNormalBits = 12;
 constexpr int kNormals = 1 << kNormalBits;
 constexpr int kShares = 65535;
+constexpr double kRed = 0.2126, kGreen = 0.7152, kBlue = 0.0722;  // BT.709
 
 // Inverse of the normal distribution function by Newton steps on erfc.
 double normal_quantile(double probability) {
@@ -34,11 +35,15 @@ std::uint64_t mixed(std::uint64_t x) {
 
 }  // namespace
 
-Sensor::Sensor(const ImageScene& image, const CameraSite& camera, std::uint64_t seed)
+Sensor::Sensor(const ImageScene& image, const CameraSite& camera, double exposure_s,
+               std::uint64_t seed)
     : full_well_e_(image.full_well_e),
-      read_variance_e2_(static_cast<float>(image.read_noise_e * image.read_noise_e)),
+      fixed_variance_e2_(static_cast<float>(image.read_noise_e * image.read_noise_e +
+                                            image.dark_e_per_s * exposure_s)),
+      black_level_e_(static_cast<float>(image.black_level_e)),
+      prnu_(static_cast<float>(image.prnu)),
       shot_(image.shot_noise ? 1.0F : 0.0F),
-      noisy_(image.shot_noise || image.read_noise_e > 0.0),
+      noisy_(image.shot_noise || fixed_variance_e2_ > 0.0F),
       key_(mixed(seed + 0x9e3779b97f4a7c15ULL)),
       normal_(kNormals),
       codes_(kShares + 1),
@@ -62,25 +67,36 @@ Sensor::Sensor(const ImageScene& image, const CameraSite& camera, std::uint64_t 
   }
 }
 
-void Sensor::expose_row(float* light_e, int count, std::int64_t frame, int row,
-                        std::uint8_t* codes) const {
-  if (noisy_) {
-    const std::uint64_t counter = key_ + ((static_cast<std::uint64_t>(frame) << 36) |
-                                          (static_cast<std::uint64_t>(row) << 18));
-    constexpr int kBatch = 4;
+void Sensor::expose_row(float* light_e, int count, std::int64_t frame, int row) const {
+  constexpr int kBatch = 4;
+  if (prnu_ > 0.0F) {
+    const std::uint64_t counter = ~key_ + (static_cast<std::uint64_t>(row) << 18);
     for (int u = 0; u < count; u += kBatch) {
       std::uint64_t bits = mixed((counter + static_cast<std::uint64_t>(u)) * 0x9e3779b97f4a7c15ULL);
       const int end = std::min(u + kBatch, count);
-      for (int i = u; i < end; ++i, bits >>= 16) {
-        const float mean_e = light_e[i];
-        const float sigma_e = std::sqrt(shot_ * std::max(mean_e, 0.0F) + read_variance_e2_);
-        light_e[i] = mean_e + sigma_e * normal_[bits & (kNormals - 1)];
-      }
+      for (int i = u; i < end; ++i, bits >>= 16)
+        light_e[i] = black_level_e_ + (light_e[i] - black_level_e_) *
+                                          (1.0F + prnu_ * normal_[bits & (kNormals - 1)]);
     }
   }
+  if (!noisy_) return;
+  const std::uint64_t counter =
+      key_ + ((static_cast<std::uint64_t>(frame) << 36) | (static_cast<std::uint64_t>(row) << 18));
+  for (int u = 0; u < count; u += kBatch) {
+    std::uint64_t bits = mixed((counter + static_cast<std::uint64_t>(u)) * 0x9e3779b97f4a7c15ULL);
+    const int end = std::min(u + kBatch, count);
+    for (int i = u; i < end; ++i, bits >>= 16) {
+      const float mean_e = light_e[i];
+      const float sigma_e = std::sqrt(shot_ * std::max(mean_e, 0.0F) + fixed_variance_e2_);
+      light_e[i] = mean_e + sigma_e * normal_[bits & (kNormals - 1)];
+    }
+  }
+}
+
+void Sensor::encode_row(const float* exposed_e, int count, std::uint8_t* codes) const {
   const auto scale = static_cast<float>(kShares / full_well_e_);
   for (int u = 0; u < count; ++u) {
-    const float place = std::clamp(light_e[u] * scale + 0.5F, 0.0F, static_cast<float>(kShares));
+    const float place = std::clamp(exposed_e[u] * scale + 0.5F, 0.0F, static_cast<float>(kShares));
     codes[u] = codes_[static_cast<std::size_t>(static_cast<std::uint32_t>(place))];
   }
 }
@@ -90,18 +106,26 @@ double Sensor::fraction(double light_e) const {
   return static_cast<double>(fractions_[static_cast<std::size_t>(place + 0.5)]);
 }
 
+double Sensor::green_deficit(double red_excess_e, double blue_excess_e) {
+  return (kRed * red_excess_e + kBlue * blue_excess_e) / kGreen;
+}
+
 Sensor::Chroma Sensor::chroma(double luminance_e, double red_excess_e, double blue_excess_e) const {
-  constexpr double kRed = 0.2126, kGreen = 0.7152, kBlue = 0.0722;
-  const double green_e = luminance_e - (kRed * red_excess_e + kBlue * blue_excess_e) / kGreen;
-  const double red = fraction(luminance_e + red_excess_e);
-  const double green = fraction(green_e);
-  const double blue = fraction(luminance_e + blue_excess_e);
+  return codes_of(luminance_e + red_excess_e,
+                  luminance_e - green_deficit(red_excess_e, blue_excess_e),
+                  luminance_e + blue_excess_e)
+      .chroma;
+}
+
+Sensor::Codes Sensor::codes_of(double red_e, double green_e, double blue_e) const {
+  const double red = fraction(red_e), green = fraction(green_e), blue = fraction(blue_e);
   const double luma = kRed * red + kGreen * green + kBlue * blue;
   const auto code = [](double difference) {
     return static_cast<std::uint8_t>(
         std::clamp(std::lround(128.0 + 224.0 * difference), 16L, 240L));
   };
-  return {code((blue - luma) / (2.0 * (1.0 - kBlue))), code((red - luma) / (2.0 * (1.0 - kRed)))};
+  return {static_cast<std::uint8_t>(std::lround(kBlackCode + (kWhiteCode - kBlackCode) * luma)),
+          {code((blue - luma) / (2.0 * (1.0 - kBlue))), code((red - luma) / (2.0 * (1.0 - kRed)))}};
 }
 
 }  // namespace vildar

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "core/text.h"
+#include "synth/ego.h"
+#include "synth/frame_times.h"
 #include "synth/light.h"
 #include "synth/photodiode_trace.h"
 #include "synth/row_time.h"
@@ -14,11 +16,12 @@ namespace {
 
 constexpr double kRateWithoutCamera_hz = 100.0;
 
-void see_with_camera(const Scenario& scenario, const Camera& camera, TruthTrackRow& row) {
+void see_with_camera(const Scenario& scenario, const Camera& camera, const CameraShake& shake,
+                     const std::vector<VehicleState>& states, TruthTrackRow& row) {
   const CameraSite& site = *scenario.site.camera;
   const VehicleScene& vehicle = scenario.vehicles[row.vehicle];
-  const RoadSite& road = scenario.site.road;
-  if (!lamps_face(vehicle, state_at(vehicle, road, row.time_s), camera.position_m())) return;
+  if (!lamps_face(vehicle, states[row.vehicle], camera.position_m())) return;
+  const std::vector<Eigen::Vector3d> lamps_m = lamp_positions_m(vehicle, states[row.vehicle]);
   std::vector<Eigen::Vector2d> pixels;
   int hidden = 0;
   const std::size_t lamps = vehicle.lamp_separation_m == 0.0 ? 1 : 2;
@@ -27,15 +30,15 @@ void see_with_camera(const Scenario& scenario, const Camera& camera, TruthTrackR
   double order[2] = {0.0, 0.0};
   for (std::size_t lamp = 0; lamp < lamps; ++lamp) {
     const auto position_m = [&](double at_s) {
-      return lamp_positions_m(vehicle, state_at(vehicle, road, at_s))[lamp];
+      return shake.steady_m(
+          lamp_positions_m(vehicle, seen_state_at(scenario, row.vehicle, at_s))[lamp], at_s);
     };
     const auto sighting = sighting_at_row_time(camera, site, row.time_s, position_m);
     if (!sighting) continue;
     order[lamp] = sighting->pixel_px.x();
     if (!inside_image(site, sighting->pixel_px)) continue;
     found[lamp] = sighting->pixel_px;
-    hidden += hidden_by_others(scenario, row.vehicle, position_m(row.time_s), camera.position_m(),
-                               row.time_s);
+    hidden += hidden_by_others(scenario, states, row.vehicle, lamps_m[lamp], camera.position_m());
   }
   if (lamps == 2) first_is_left = order[0] <= order[1];
   row.left_px = found[first_is_left ? 0 : 1];
@@ -52,40 +55,37 @@ std::string pixel_cells(const std::optional<Eigen::Vector2d>& pixel_px) {
 
 }  // namespace
 
-std::int64_t frame_count(const Scenario& scenario) {
-  constexpr double kSlack = 1e-9;  // a duration of n frame times is n frames
-  return std::max<std::int64_t>(
-      1,
-      static_cast<std::int64_t>(std::ceil(scenario.duration_s * scenario.frame_rate_hz - kSlack)));
-}
-
 std::vector<TruthTrackRow> truth_tracks(const Scenario& scenario) {
   std::optional<Camera> camera;
   if (scenario.site.camera) camera.emplace(*scenario.site.camera);
-  const double rate_hz = camera ? scenario.frame_rate_hz : kRateWithoutCamera_hz;
-  const auto frames =
-      camera ? frame_count(scenario)
-             : static_cast<std::int64_t>(std::ceil(scenario.duration_s * rate_hz - 1e-9));
+  const CameraShake shake(scenario);
+  std::vector<double> times_s;
+  if (camera)
+    times_s = frame_times_s(scenario);
+  else
+    for (int i = 0; i / kRateWithoutCamera_hz < scenario.duration_s - 1e-9; ++i)
+      times_s.push_back(i / kRateWithoutCamera_hz);
   std::vector<TruthTrackRow> rows;
   std::vector<bool> ever_seen(scenario.vehicles.size(), false);
-  for (std::int64_t frame = 0; frame < frames; ++frame)
+  for (std::size_t frame = 0; frame < times_s.size(); ++frame) {
+    const std::vector<VehicleState> states = states_at(scenario, times_s[frame]);
     for (std::size_t i = 0; i < scenario.vehicles.size(); ++i) {
       TruthTrackRow row;
-      row.frame = frame;
-      row.time_s = static_cast<double>(frame) / rate_hz;
+      row.frame = static_cast<std::int64_t>(frame);
+      row.time_s = times_s[frame];
       row.vehicle = i;
-      const VehicleState state = state_at(scenario.vehicles[i], scenario.site.road, row.time_s);
-      row.place_m = state.place_m;
-      row.speed_mps = state.speed_mps;
-      row.acceleration_mps2 = state.acceleration_mps2;
+      row.place_m = states[i].place_m;
+      row.speed_mps = states[i].speed_mps;
+      row.acceleration_mps2 = states[i].acceleration_mps2;
       if (camera)
-        see_with_camera(scenario, *camera, row);
+        see_with_camera(scenario, *camera, shake, states, row);
       else
         for (const PhotodiodeSite& photodiode : scenario.site.photodiodes)
-          row.seen = row.seen || vehicle_power_w(scenario, i, photodiode, row.time_s) > 0.0;
+          row.seen = row.seen || vehicle_power_w(scenario, states, i, photodiode, row.time_s) > 0.0;
       ever_seen[i] = ever_seen[i] || row.seen;
       rows.push_back(row);
     }
+  }
   std::erase_if(rows, [&](const TruthTrackRow& row) { return !ever_seen[row.vehicle]; });
   return rows;
 }
@@ -117,9 +117,11 @@ std::string truth_vehicles_csv(const Scenario& scenario, const std::vector<Truth
     if (!first_s) continue;
     const double ref_s = 0.5 * (*first_s + *last_s);
     const VehicleScene& vehicle = scenario.vehicles[i];
-    const VehicleState state = state_at(vehicle, scenario.site.road, ref_s);
-    const LaneSite& lane = scenario.site.road.lanes[static_cast<std::size_t>(vehicle.lane)];
-    text += vehicle.id + "," + std::string(name_of(lane.direction)) + "," + lane.id + "," +
+    const VehicleState state = seen_state_at(scenario, i, ref_s);
+    const std::vector<LaneSite>& lanes = scenario.site.road.lanes;
+    const Direction direction = lanes[static_cast<std::size_t>(vehicle.lane)].direction;
+    const std::string& lane = lanes[static_cast<std::size_t>(lane_at(vehicle, ref_s))].id;
+    text += vehicle.id + "," + std::string(name_of(direction)) + "," + lane + "," +
             fixed_text(ref_s, 6) + "," + fixed_text(state.speed_mps, 6) + "," +
             fixed_text(state.place_m.x(), 4) + "," + fixed_text(state.place_m.y(), 4) + "," +
             fixed_text(state.acceleration_mps2, 4) + "\n";

@@ -33,7 +33,4 @@ std::vector<TruthTrackRow> truth_tracks(const Scenario& scenario);
 std::string truth_tracks_csv(const Scenario& scenario, const std::vector<TruthTrackRow>& rows);
 std::string truth_vehicles_csv(const Scenario& scenario, const std::vector<TruthTrackRow>& rows);
 
-/// Frames of a scenario: those whose time lies before its end.
-std::int64_t frame_count(const Scenario& scenario);
-
 }  // namespace vildar

@@ -22,6 +22,7 @@ Scenario clean_scene() {
   scene.image.sky_cd_per_m2 = 0.0;
   scene.image.road_cd_per_m2 = 0.0;
   scene.image.wing_share = 0.0;
+  scene.image.road_light = false;
   return scene;
 }
 
@@ -174,15 +175,6 @@ TEST(Renderer, AWetRoadMirrorsTheLampsBelowTheRoad) {
   const auto mirror_px = Camera(*scene.site.camera).project({40.0, -3.0, -0.65});
   ASSERT_TRUE(mirror_px);
   EXPECT_NEAR(row_px / mirrored, mirror_px->y(), 1.5);
-}
-
-TEST(WaterReflectance, FresnelAtItsEnds) {
-  EXPECT_NEAR(water_reflectance(0.5 * kPi), std::pow(0.33 / 2.33, 2), 1e-12);
-  EXPECT_NEAR(water_reflectance(0.0), 1.0, 1e-12);
-  // At Brewster's angle one polarisation vanishes; the other is ((n^2 - 1) / (n^2 + 1))^2.
-  const double n2 = 1.33 * 1.33;
-  EXPECT_NEAR(water_reflectance(0.5 * kPi - std::atan(1.33)),
-              0.5 * std::pow((n2 - 1) / (n2 + 1), 2), 1e-12);
 }
 
 TEST(Renderer, NeedsACameraWithAnExposure) {

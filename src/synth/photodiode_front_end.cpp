@@ -1,0 +1,190 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "core/error.h"
+#include "core/random.h"
+#include "synth/photodiode_trace.h"
+
+namespace vildar {
+namespace {
+
+constexpr double kElementaryCharge_c = 1.602176634e-19;
+constexpr double kBoltzmann_j_per_k = 1.380649e-23;
+
+double clip_time_s(const Scenario& scenario, double diode_time_s) {
+  return diode_time_s * (1.0 + 1e-6 * scenario.photodiode.clock_drift_ppm) +
+         scenario.site.photodiodes.front().time_offset_s.mean;
+}
+
+// How many times within a sample the light is looked at: the pole and the pulses must be resolved.
+int inner_steps(const Scenario& scenario) {
+  const PhotodiodeScene& scene = scenario.photodiode;
+  if (!scene.bandwidth_hz) return 1;
+  double wanted_hz = 32.0 * *scene.bandwidth_hz;
+  for (const VehicleScene& vehicle : scenario.vehicles)
+    if (vehicle.waveform.jumps())
+      wanted_hz = std::max(wanted_hz, 50.0 * vehicle.waveform.frequency_hz());
+  constexpr double kMost = 1000.0;
+  return static_cast<int>(std::clamp(std::ceil(wanted_hz / scene.rate_hz), 1.0, kMost));
+}
+
+// One photodiode with its amplifier, in watts of light at the input.
+class FrontEnd {
+ public:
+  FrontEnd(const Scenario& scenario, const PhotodiodeSite& photodiode)
+      : scenario_(scenario),
+        photodiode_(photodiode),
+        steps_(inner_steps(scenario)),
+        step_s_(1.0 / (scenario.photodiode.rate_hz * steps_)) {
+    const PhotodiodeScene& scene = scenario.photodiode;
+    if (scene.bandwidth_hz) keep_ = std::exp(-2.0 * kPi * *scene.bandwidth_hz * step_s_);
+    output_w_ = light_w(scenario, photodiode, clip_time_s(scenario, -step_s_));
+  }
+
+  // The output at sample `index`, without the white noise of the converter.
+  double sample_w(std::size_t index, Random& random) {
+    for (int step = steps_ - 1; step >= 0; --step) {
+      const double time_s =
+          static_cast<double>(index) / scenario_.photodiode.rate_hz - step * step_s_;
+      double input_w = light_w(scenario_, photodiode_, clip_time_s(scenario_, time_s));
+      const double variance_w2 = variance_of_step_w2(input_w);
+      if (variance_w2 > 0.0) input_w += random.normal(0.0, std::sqrt(variance_w2));
+      output_w_ = keep_ * output_w_ + (1.0 - keep_) * input_w;
+    }
+    return output_w_;
+  }
+
+ private:
+  // White noise of the current, one-sided density 2 q I + 4 k T / R, in a band of half the rate of
+  // the inner steps.
+  double variance_of_step_w2(double input_w) const {
+    const PhotodiodeScene& scene = scenario_.photodiode;
+    if (!photodiode_.responsivity_a_per_w) return 0.0;
+    const double a_per_w = *photodiode_.responsivity_a_per_w;
+    double density = 0.0;
+    if (scene.shot_noise) density += 2.0 * kElementaryCharge_c * std::max(0.0, input_w) * a_per_w;
+    if (scene.temperature_k && photodiode_.transimpedance_v_per_a)
+      density +=
+          4.0 * kBoltzmann_j_per_k * *scene.temperature_k / *photodiode_.transimpedance_v_per_a;
+    return density * 0.5 / step_s_ / (a_per_w * a_per_w);
+  }
+
+  const Scenario& scenario_;
+  const PhotodiodeSite& photodiode_;
+  int steps_;
+  double step_s_;
+  double keep_ = 0.0;
+  double output_w_ = 0.0;
+};
+
+double converted_w(const Scenario& scenario, const PhotodiodeSite& photodiode, double power_w) {
+  const PhotodiodeScene& scene = scenario.photodiode;
+  if (!scene.adc_bits) return power_w;
+  const double most = std::exp2(*scene.adc_bits) - 1.0;
+  const double step_w = converter_step_w(scene, photodiode);
+  return step_w * std::clamp(std::round(power_w / step_w), 0.0, most);
+}
+
+bool in_a_gap(const PhotodiodeScene& scene, double time_s) {
+  return std::any_of(scene.gaps.begin(), scene.gaps.end(), [&](const TraceGap& gap) {
+    return time_s >= gap.from_s && time_s < gap.to_s;
+  });
+}
+
+double written_value(const PhotodiodeScene& scene, const PhotodiodeSite& photodiode,
+                     double power_w) {
+  switch (scene.quantity) {
+    case PowerQuantity::power_w: return power_w;
+    case PowerQuantity::current_a: return power_w * photodiode.responsivity_a_per_w.value();
+    case PowerQuantity::voltage_v:
+      return power_w * photodiode.responsivity_a_per_w.value() *
+             photodiode.transimpedance_v_per_a.value();
+    case PowerQuantity::counts: return std::round(power_w / converter_step_w(scene, photodiode));
+  }
+  return power_w;
+}
+
+const char* column_of(PowerQuantity quantity) {
+  switch (quantity) {
+    case PowerQuantity::power_w: return "power_w";
+    case PowerQuantity::current_a: return "current_a";
+    case PowerQuantity::voltage_v: return "voltage_v";
+    case PowerQuantity::counts: return "counts";
+  }
+  return "";
+}
+
+}  // namespace
+
+double converter_step_w(const PhotodiodeScene& scene, const PhotodiodeSite& photodiode) {
+  if (scene.quantity == PowerQuantity::counts)
+    return photodiode.volts_per_count.value() /
+           (photodiode.responsivity_a_per_w.value() * photodiode.transimpedance_v_per_a.value());
+  return scene.full_scale_w.value() / (std::exp2(scene.adc_bits.value()) - 1.0);
+}
+
+RenderedTrace render_trace(const Scenario& scenario) {
+  const PhotodiodeScene& scene = scenario.photodiode;
+  const std::vector<PhotodiodeSite>& photodiodes = scenario.site.photodiodes;
+  RenderedTrace trace;
+  trace.noise_w = scene.noise_w;
+  if (scene.snr_db) {
+    const double first_s = clip_time_s(scenario, 0.0);
+    const std::vector<VehicleState> states = states_at(scenario, first_s);
+    double first_w = 0.0;
+    for (std::size_t i = 0; i < states.size(); ++i)
+      first_w += vehicle_power_w(scenario, states, i, photodiodes.front(), first_s);
+    if (!(first_w > 0.0))
+      throw ConfigError(
+          {{scenario.file.string(), 0, "photodiode.snr_db",
+            "no vehicle lights the first photodiode at t = 0, so the ratio has no meaning",
+            "give noise_w instead, or start a vehicle in its field of view"}});
+    trace.noise_w = first_w * std::pow(10.0, -*scene.snr_db / 20.0);
+  }
+  std::vector<FrontEnd> front_ends;
+  for (const PhotodiodeSite& photodiode : photodiodes)
+    front_ends.emplace_back(scenario, photodiode);
+  const auto samples = static_cast<std::size_t>(std::llround(scenario.duration_s * scene.rate_hz));
+  trace.time_s.reserve(samples);
+  trace.power_w.resize(photodiodes.size());
+  Random random(scenario.seed);
+  for (std::size_t i = 0; i < samples; ++i) {
+    const double time_s = static_cast<double>(i) / scene.rate_hz;
+    const bool lost = in_a_gap(scene, time_s);
+    if (!lost) trace.time_s.push_back(time_s);
+    for (std::size_t p = 0; p < photodiodes.size(); ++p) {
+      double power_w = front_ends[p].sample_w(i, random);
+      if (trace.noise_w > 0.0) power_w += random.normal(0.0, trace.noise_w);
+      if (!lost) trace.power_w[p].push_back(converted_w(scenario, photodiodes[p], power_w));
+    }
+  }
+  return trace;
+}
+
+std::string trace_csv(const Scenario& scenario, const RenderedTrace& trace) {
+  std::string text = "t_s";
+  if (trace.power_w.size() == 1) {
+    text += std::string(",") + column_of(scenario.photodiode.quantity);
+  } else {
+    for (const PhotodiodeSite& photodiode : scenario.site.photodiodes)
+      text += "," + photodiode.id + "_" + column_of(scenario.photodiode.quantity);
+  }
+  text += '\n';
+  // Enough decimals of time to tell neighbours apart at 100 kHz and odd rates.
+  char cell[64];
+  for (std::size_t i = 0; i < trace.time_s.size(); ++i) {
+    std::snprintf(cell, sizeof cell, "%.9g", trace.time_s[i]);
+    text += cell;
+    for (std::size_t p = 0; p < trace.power_w.size(); ++p) {
+      std::snprintf(
+          cell, sizeof cell, ",%.*g", scenario.photodiode.digits,
+          written_value(scenario.photodiode, scenario.site.photodiodes[p], trace.power_w[p][i]));
+      text += cell;
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace vildar
