@@ -16,11 +16,17 @@ double median_abs(const Eigen::VectorXd& values) {
   return *middle;
 }
 
-// Share of variance common to neighbours in a list of pairs, kept only where it stands out.
+// Unknowns that one image axis of a track determines: offset, slope and bend.
+constexpr double kUnknownsPerAxis = 3.0;
+
+// Share of variance common to neighbours in a list of pairs, kept only where it stands out. A fit
+// takes slow errors with it, which lowers the correlation left by about its unknowns over the
+// pairs.
 double correlation(double product_sum, double square_sum, int pairs) {
   if (pairs < 4 || !(square_sum > 0.0)) return 0.0;
-  constexpr double kHighest = 0.95;
-  const double value = product_sum / square_sum;
+  constexpr double kHighest = 0.97;
+  const double taken = std::min(0.5, (kUnknownsPerAxis + 1.0) / pairs);
+  const double value = (product_sum / square_sum + taken) / (1.0 - taken);
   const double chance = 2.0 / std::sqrt(static_cast<double>(pairs));
   return value > chance ? std::min(value, kHighest) : 0.0;
 }
@@ -60,18 +66,17 @@ ResidualCheck check_residuals(const GeometryProblem& problem, const PathVector& 
                               double focal_px) {
   Eigen::Matrix2Xd residuals = bearing_residuals(problem, parameters);
   const auto n = static_cast<double>(residuals.cols());
-  const double unknowns = static_cast<double>(free_parameters(problem).size());
   ResidualCheck check;
   Eigen::Vector2d robust;
   for (int axis = 0; axis < 2; ++axis) {
     // Winsorised, so that outliers, which the loss already tames, do not pose as correlation.
     robust[axis] = std::max(kSigmaPerMad * median_abs(residuals.row(axis).transpose()), 1e-12);
-    const double freedom = std::max(1.0, n - 0.5 * unknowns);
-    const double scatter = robust[axis] * std::sqrt(n / freedom);
     const Eigen::VectorXd tamed =
         residuals.row(axis).transpose().cwiseMin(3.0 * robust[axis]).cwiseMax(-3.0 * robust[axis]);
-    check.sigma_factor[axis] =
-        std::max(1.0, scatter) * std::sqrt(correlation_factor(problem, tamed));
+    const double correlated = correlation_factor(problem, tamed);
+    const double freedom = std::max(0.25 * n, n - kUnknownsPerAxis * correlated);
+    const double scatter = robust[axis] * std::sqrt(n / freedom);
+    check.sigma_factor[axis] = std::max(1.0, scatter) * std::sqrt(correlated);
     Eigen::VectorXd error(residuals.cols());
     for (Eigen::Index i = 0; i < residuals.cols(); ++i)
       error[i] = residuals(axis, i) * problem.lamps[static_cast<std::size_t>(i)].sigma[axis];

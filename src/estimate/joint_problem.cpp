@@ -1,0 +1,152 @@
+#include "estimate/joint_problem.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimate/power_blocks.h"
+#include "optics/channel.h"
+
+namespace vildar {
+namespace {
+
+// Share of the signal that neither gain nor beam structure of the model accounts for.
+constexpr double kUnmodelled = 0.01;
+constexpr double kClearSigmas = 5.0;
+constexpr std::size_t kFewestBlocks = 10;
+
+LightSetting light_setting(const Site& site, double time_offset_std_s) {
+  LightSetting light;
+  light.time_shift_std_s = time_offset_std_s;
+  if (!site.channel || !site.channel->beam.empty()) {
+    // Free space, and R / D for the photodiode's own incidence; the beam is left to its multiplier.
+    light.cosine_exponent = 1.0;
+    return light;
+  }
+  const ChannelSite& channel = *site.channel;
+  if (channel.path_loss_exponent) {
+    light.exponent = channel.path_loss_exponent->mean;
+    light.exponent_std = channel.path_loss_exponent->std;
+  } else {
+    light.exponent_std = 0.3;
+  }
+  if (channel.half_power_angle_rad)
+    light.cosine_exponent = lambertian_order(Radians(*channel.half_power_angle_rad)) + 1.0;
+  if (channel.gain_db && channel.path_loss_exponent && channel.lamp_power_w.mean > 0.0) {
+    constexpr double kKnown = 0.02;
+    light.log_gain = std::log(ratio_from_db(channel.gain_db->mean) * channel.lamp_power_w.mean);
+    light.log_gain_std =
+        std::max(kKnown, std::hypot(0.1 * std::log(10.0) * channel.gain_db->std,
+                                    channel.lamp_power_w.std / channel.lamp_power_w.mean));
+  }
+  return light;
+}
+
+// Part of the track in which the beam model holds for this photodiode and it faces the vehicle.
+bool lights(const Trajectory& trajectory, const PhotodiodeSite& site, const Receiver& receiver,
+            double time_s) {
+  const MotionState state = trajectory.at(time_s);
+  const Eigen::Vector3d toward(state.range_m - receiver.position_m.x(),
+                               state.lateral_m - receiver.position_m.y(),
+                               trajectory.lamp_height_m() - receiver.position_m.z());
+  if (!(toward.x() > 0.0) || !(state.over_ground_mps > 0.0)) return false;
+  const auto place = vehicle_point(trajectory.fit.parameters.data(), trajectory.problem.setting,
+                                   time_s - trajectory.problem.reference_s);
+  if (std::abs(std::atan2(toward.y(), toward.x()) - place.heading_rad) > kBeamEdge_rad)
+    return false;
+  const Eigen::Vector3d axis(std::cos(site.pitch_rad) * std::cos(site.yaw_rad),
+                             std::cos(site.pitch_rad) * std::sin(site.yaw_rad),
+                             std::sin(site.pitch_rad));
+  return axis.dot(toward.normalized()) > std::cos(site.half_field_of_view_rad);
+}
+
+std::optional<Lit> lit_receiver(const PowerTrace& trace, const Trajectory& trajectory,
+                                const Site& site, double from_s, double to_s) {
+  const PhotodiodeSite& diode = site.photodiodes.at(static_cast<std::size_t>(trace.photodiode));
+  Lit lit;
+  for (int axis = 0; axis < 3; ++axis)
+    lit.receiver.position_m[axis] = diode.position_m[static_cast<std::size_t>(axis)].mean;
+  lit.receiver.log_ratio = std::log(diode.gain_ratio.mean);
+  lit.receiver.log_ratio_std = diode.gain_ratio.std / diode.gain_ratio.mean;
+  lit.receiver.middle_s = 0.5 * (from_s + to_s);
+  const double offset_s = diode.time_offset_s.mean;
+  // One mains period, so that twice its frequency averages out.
+  const double block_s = 1.0 / site.mains_hz;
+  double brightest_w = 0.0;
+  for (const PowerBlock& block :
+       block_means(trace, from_s - offset_s, to_s - offset_s, block_s, offset_s)) {
+    if (!lights(trajectory, diode, lit.receiver, block.time_s)) continue;
+    lit.blocks.push_back(block);
+    brightest_w = std::max(brightest_w, block.power_w - trace.ambient_w);
+  }
+  if (!(brightest_w > kClearSigmas * trace.noise_sigma_w)) return std::nullopt;
+  for (PowerBlock& block : lit.blocks)
+    block.sigma_w =
+        std::hypot(block.sigma_w, kUnmodelled * std::max(0.0, block.power_w - trace.ambient_w));
+  lit.start = {trace.ambient_w, 0.0, lit.receiver.log_ratio};
+  return lit;
+}
+
+void scale_power(JointProblem& problem) {
+  double unit_w = 0.0;
+  for (const Lit& lit : problem.receivers)
+    for (const PowerBlock& block : lit.blocks)
+      unit_w = std::max(unit_w, block.power_w - lit.start[kBackground]);
+  problem.light.power_unit_w = unit_w;
+  problem.light.log_gain -= std::log(unit_w);
+  for (Lit& lit : problem.receivers) {
+    lit.start[kBackground] /= unit_w;
+    for (PowerBlock& block : lit.blocks) {
+      block.power_w /= unit_w;
+      block.sigma_w /= unit_w;
+    }
+  }
+}
+
+}  // namespace
+
+// With the camera's trajectory, the gain that the brightest stretch asks for.
+double first_log_gain(const JointProblem& problem, const PathVector& path, LightVector light) {
+  light[kLogGain] = 0.0;
+  double sum = 0.0, weight = 0.0;
+  for (const Lit& lit : problem.receivers)
+    for (const PowerBlock& block : lit.blocks) {
+      const double signal = block.power_w - lit.start[kBackground];
+      double value = 0.0;
+      if (!(signal > 3.0 * block.sigma_w) ||
+          !log_power(path.data(), light.data(), problem.light, lit.receiver.position_m,
+                     block.time_s - problem.geometry.reference_s, value))
+        continue;
+      const double w = std::pow(signal / block.sigma_w, 2);
+      sum += w * (std::log(signal) - value - lit.start[kLogRatio]);
+      weight += w;
+    }
+  return weight > 0.0 ? sum / weight : 0.0;
+}
+
+std::optional<Miss> prepare_joint(const Trajectory& camera_only, const Site& site,
+                                  std::span<const VehiclePower> power, double from_s, double to_s,
+                                  JointProblem& joint) {
+  bool shared = false;
+  double offset_std_s = 0.0;
+  std::size_t blocks = 0;
+  for (const VehiclePower& offered : power) {
+    shared = shared || offered.shared;
+    if (offered.shared) continue;
+    auto lit = lit_receiver(*offered.trace, camera_only, site, from_s, to_s);
+    if (!lit) continue;
+    blocks += lit->blocks.size();
+    for (const PowerBlock& block : lit->blocks) joint.samples += block.samples;
+    joint.receivers.push_back(std::move(*lit));
+    offset_std_s =
+        site.photodiodes[static_cast<std::size_t>(offered.trace->photodiode)].time_offset_s.std;
+  }
+  if (joint.receivers.empty()) return shared ? Miss::several_vehicles : Miss::below_noise;
+  if (blocks < kFewestBlocks) return Miss::too_few_samples;
+  joint.geometry = camera_only.problem;
+  joint.light = light_setting(site, offset_std_s);
+  joint.light.problem = &joint.geometry;
+  scale_power(joint);
+  return std::nullopt;
+}
+
+}  // namespace vildar

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "estimate/joint_cost.h"
+#include "estimate/trajectory.h"
+#include "estimate/vehicle.h"
+
+namespace vildar {
+
+using LightVector = std::array<double, kLightParameters>;
+using ReceiverVector = std::array<double, kReceiverParameters>;
+
+/// What one photodiode received of the vehicle, in power units.
+struct Lit {
+  Receiver receiver;
+  std::vector<PowerBlock> blocks;
+  ReceiverVector start{};
+};
+
+/// Bearings and power of one vehicle, ready to be fitted together. `light.problem` points at
+/// `geometry`, so the struct stays where it was made.
+struct JointProblem {
+  JointProblem() { light.problem = &geometry; }
+  JointProblem(const JointProblem&) = delete;
+  JointProblem& operator=(const JointProblem&) = delete;
+
+  GeometryProblem geometry;
+  LightSetting light;
+  std::vector<Lit> receivers;
+  std::int64_t samples = 0;  ///< photodiode samples behind all blocks
+};
+
+/// Fills `joint` with the part of the traces, between two clip times, in which the vehicle faces
+/// each photodiode within the beam model's angles; the power unit is the brightest block's signal.
+/// Returns why the power cannot be used, if so: several_vehicles, below_noise, too_few_samples.
+std::optional<Miss> prepare_joint(const Trajectory& camera_only, const Site& site,
+                                  std::span<const VehiclePower> power, double from_s, double to_s,
+                                  JointProblem& joint);
+
+/// ln of the gain that the blocks clear of the noise ask for on this path.
+double first_log_gain(const JointProblem& joint, const PathVector& path, LightVector light);
+
+}  // namespace vildar
