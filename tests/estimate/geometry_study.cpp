@@ -4,13 +4,14 @@
 
 #include "estimate/vehicle.h"
 #include "simulated_pass.h"
+#include "study.h"
 
 namespace vildar {
 namespace {
 
 constexpr int kTrials = 300;
 
-struct Study {
+struct Found {
   double rmse_percent = 0.0;
   double coverage = 0.0;
   double z_variance = 0.0;
@@ -18,10 +19,10 @@ struct Study {
 };
 
 // Passes from 60 to 10 m whose vehicles are drawn from the site's own priors.
-Study study(double camera_height_m, std::uint64_t seed) {
+Found study(double camera_height_m, std::uint64_t seed) {
   Random random(seed);
   const Site site = simulated::mast_site(camera_height_m);
-  Study study;
+  Found study;
   int used = 0;
   for (int i = 0; i < kTrials; ++i) {
     simulated::Vehicle vehicle;
@@ -57,16 +58,18 @@ constexpr double kCoverageSlack = 0.038;
 constexpr double kVarianceSlack = 0.245;
 
 void expect_study(double camera_height_m, double rmse_percent, std::uint64_t seed) {
-  const Study found = study(camera_height_m, seed);
+  const Found found = study(camera_height_m, seed);
   EXPECT_NEAR(found.rmse_percent / rmse_percent, 1.0, kRmseSlack) << found.rmse_percent << " %";
   EXPECT_NEAR(found.coverage, 0.95, kCoverageSlack);
   EXPECT_NEAR(found.z_variance, 1.0, kVarianceSlack);
   EXPECT_LE(found.withheld, kTrials / 100);
 }
 
+using GeometryStudy = Study;
+
 // The floors that follow from the spread of height, separation and lane: 2.7 and 5.7 %.
-TEST(GeometryStudy, HighCamera) { expect_study(4.0, 2.71, 20260101); }
-TEST(GeometryStudy, LowCamera) { expect_study(1.5, 5.64, 20260102); }
+TEST_F(GeometryStudy, HighCamera) { expect_study(4.0, 2.71, 20260101); }
+TEST_F(GeometryStudy, LowCamera) { expect_study(1.5, 5.64, 20260102); }
 
 }  // namespace
 }  // namespace vildar

@@ -5,6 +5,7 @@
 
 #include "estimate/vehicle.h"
 #include "simulated_power.h"
+#include "study.h"
 
 namespace vildar {
 namespace {
@@ -48,18 +49,18 @@ PowerTrace beam_trace(const simulated::Vehicle& vehicle, const Site& site, doubl
   return trace;
 }
 
-struct Study {
+struct Found {
   double camera2 = 0.0, fused2 = 0.0;  // squared relative errors, summed
   int covered = 0, fused = 0, used = 0;
 };
 
-Study study(double camera_height_m, double ripple) {
+Found study(double camera_height_m, double ripple) {
   Random random(20260104);
   Site site = simulated::mast_site(camera_height_m);
   site.photodiodes.resize(1);
   site.photodiodes[0].position_m = site.camera->position_m;
   site.photodiodes[0].time_offset_s.std = 0.002;
-  Study study;
+  Found study;
   for (int i = 0; i < kTrials; ++i) {
     simulated::Vehicle vehicle;
     vehicle.speed_mps = random.uniform(8.0, 35.0);
@@ -87,11 +88,13 @@ Study study(double camera_height_m, double ripple) {
   return study;
 }
 
-TEST(JointStudy, ABeamUnlikeTheModelDoesNotHurt) {
+using JointStudy = Study;
+
+TEST_F(JointStudy, ABeamUnlikeTheModelDoesNotHurt) {
   constexpr double kCoverageSlack = 0.066;  // three binomial sigmas at 100 trials
   for (const double camera_height_m : {4.0, 1.5})
     for (const double ripple : {0.0, 0.1, 0.3}) {
-      const Study found = study(camera_height_m, ripple);
+      const Found found = study(camera_height_m, ripple);
       EXPECT_GE(found.used, kTrials * 95 / 100);
       EXPECT_GE(found.fused, kTrials * 9 / 10);
       EXPECT_LE(std::sqrt(found.fused2 / found.camera2), 1.03) << camera_height_m << " " << ripple;

@@ -4,6 +4,7 @@
 
 #include "estimate/vehicle.h"
 #include "simulated_pass.h"
+#include "study.h"
 
 namespace vildar {
 namespace {
@@ -62,18 +63,20 @@ double coverage(const Disturbance& with) {
   return covered / static_cast<double>(used);
 }
 
-TEST(NoiseStudy, StatedSigma) { EXPECT_NEAR(coverage({}), 0.95, kCoverageSlack); }
+using NoiseStudy = Study;
 
-TEST(NoiseStudy, SigmaStatedTenTimesTooSmall) {
+TEST_F(NoiseStudy, StatedSigma) { EXPECT_NEAR(coverage({}), 0.95, kCoverageSlack); }
+
+TEST_F(NoiseStudy, SigmaStatedTenTimesTooSmall) {
   EXPECT_NEAR(coverage({.sigma_px = 1.0, .stated_sigma_px = 0.1}), 0.95, kCoverageSlack);
 }
 
-TEST(NoiseStudy, Outliers) {
+TEST_F(NoiseStudy, Outliers) {
   EXPECT_NEAR(coverage({.outliers = 0.02}), 0.95, kCoverageSlack);
   EXPECT_NEAR(coverage({.outliers = 0.10}), 0.95, kCoverageSlack);
 }
 
-TEST(NoiseStudy, ShakingCamera) {
+TEST_F(NoiseStudy, ShakingCamera) {
   EXPECT_NEAR(coverage({.shake_px = 2.0}), 0.95, kCoverageSlack);
   // Of slow shake a short track shows little: erring toward the wide side is right.
   EXPECT_GE(coverage({.shake_px = 2.0, .shake_correlation = 0.8}), 0.95 - kCoverageSlack);
