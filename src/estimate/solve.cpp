@@ -15,7 +15,7 @@ void hold_fixed_all_but(const std::vector<int>& free, int size, double* block,
   if (!fixed.empty()) problem.SetManifold(block, new ceres::SubsetManifold(size, fixed));
 }
 
-bool minimise(ceres::Problem& problem) {
+bool minimise(ceres::Problem& problem, int* iterations) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.max_num_iterations = 60;
@@ -25,12 +25,13 @@ bool minimise(ceres::Problem& problem) {
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
+  if (iterations != nullptr) *iterations = static_cast<int>(summary.iterations.size());
   return summary.IsSolutionUsable();
 }
 
 Outcome<Solution> solve(ceres::Problem& problem, const std::vector<double*>& blocks) {
-  if (!minimise(problem)) return Miss::not_converged;
   Solution solution;
+  if (!minimise(problem, &solution.iterations)) return Miss::not_converged;
   ceres::CRSMatrix sparse;
   ceres::Problem::EvaluateOptions evaluate;
   evaluate.parameter_blocks = blocks;

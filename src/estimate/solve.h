@@ -13,12 +13,14 @@ namespace vildar {
 void hold_fixed_all_but(const std::vector<int>& free, int size, double* block,
                         ceres::Problem& problem);
 
-/// Minimises without asking how well the unknowns are determined; false where it failed.
-bool minimise(ceres::Problem& problem);
+/// Minimises without asking how well the unknowns are determined; false where it failed. Counts the
+/// steps where asked to.
+bool minimise(ceres::Problem& problem, int* iterations = nullptr);
 
 struct Solution {
   double cost = 0.0;
   Eigen::MatrixXd covariance;  ///< of the free parameters, blocks in the order given
+  int iterations = 0;
 };
 
 /// Minimises a small dense problem and inverts its information matrix (loss-corrected J^T J,

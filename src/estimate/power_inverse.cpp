@@ -1,0 +1,94 @@
+#include "estimate/power_inverse.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/quantity.h"
+
+namespace vildar {
+namespace {
+
+// A vehicle that stands at `along` at time `along`, so that a curve over time is one over the path.
+PowerVector standing_at_time(PowerVector parameters) {
+  parameters[kPowerSpeed] = -1.0;
+  parameters[kPowerRange] = 0.0;
+  parameters[kPowerAcceleration] = 0.0;
+  return parameters;
+}
+
+// Places from far to near, dense where the power changes fast.
+std::vector<double> places(double least_w, double most_w, const PowerVector& p,
+                           const PowerSetting& setting) {
+  constexpr int kCount = 192;
+  constexpr double kNearest = 2e-3;  // of the distance that the brightest implies on axis
+  const auto on_axis_m = [&](double power_w) {
+    return std::exp((p[kPowerLogGain] - std::log(power_w)) / p[kPowerExponent]);
+  };
+  const double implied_m = on_axis_m(least_w);
+  const double farthest_m = setting.curved ? std::min(implied_m * 1.05 + setting.straight_m,
+                                                      setting.straight_m + kPi * p[kPowerRadius])
+                                           : implied_m * 1.05;
+  const double nearest_m = kNearest * on_axis_m(most_w);
+  std::vector<double> along_m(kCount);
+  for (int i = 0; i < kCount; ++i)
+    along_m[static_cast<std::size_t>(i)] =
+        farthest_m *
+        std::pow(std::min(0.5, nearest_m / farthest_m), static_cast<double>(i) / (kCount - 1));
+  return along_m;
+}
+
+}  // namespace
+
+ImpliedPath implied_path(std::span<const double> power_w, const PowerVector& parameters,
+                         const PowerSetting& setting) {
+  constexpr int kNewtonSteps = 6;
+  const std::size_t n = power_w.size();
+  ImpliedPath path{std::vector<double>(n), std::vector<double>(n), std::vector<char>(n, 0)};
+  double least_w = 0.0, most_w = 0.0;
+  for (const double power : power_w) {
+    if (power > 0.0 && (least_w == 0.0 || power < least_w)) least_w = power;
+    most_w = std::max(most_w, power);
+  }
+  if (least_w == 0.0) return path;
+
+  const PowerVector standing = standing_at_time(parameters);
+  const std::vector<double> along_m = places(least_w, most_w, parameters, setting);
+  PowerCurve curve;
+  curve.evaluate(standing, setting, along_m);
+  // Table of the outer branch, powers rising.
+  const std::span<const double> table = curve.power_w();
+  std::size_t branch = 1;
+  while (branch < table.size() && table[branch] > table[branch - 1]) ++branch;
+  const std::vector<double> rising(table.begin(),
+                                   table.begin() + static_cast<std::ptrdiff_t>(branch));
+  for (std::size_t i = 0; i < n; ++i) {
+    const double power = power_w[i];
+    path.along_m[i] = along_m[branch - 1];
+    if (!(power >= rising.front() && power <= rising.back())) continue;
+    const auto upper = std::upper_bound(rising.begin(), rising.end(), power);
+    const auto right = std::clamp<std::ptrdiff_t>(upper - rising.begin(), 1,
+                                                  static_cast<std::ptrdiff_t>(branch) - 1);
+    const auto r = static_cast<std::size_t>(right);
+    const double share = std::log(power / rising[r - 1]) / std::log(rising[r] / rising[r - 1]);
+    path.along_m[i] = along_m[r - 1] * std::pow(along_m[r] / along_m[r - 1], share);
+    path.inside[i] = 1;
+  }
+  const PowerParameter wanted[] = {kPowerRange};
+  for (int step = 0; step <= kNewtonSteps; ++step) {
+    curve.differentiate(standing, setting, path.along_m, wanted);
+    double largest = 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double slope = curve.column(0)[i];
+      path.steepness[i] = std::abs(slope);
+      if (!path.inside[i] || slope == 0.0) continue;
+      const double relative = (power_w[i] - curve.power_w()[i]) / (slope * path.along_m[i]);
+      if (step == kNewtonSteps || !(std::abs(relative) < 0.1)) continue;
+      path.along_m[i] *= 1.0 + relative;
+      largest = std::max(largest, std::abs(relative));
+    }
+    if (largest < 1e-9) break;
+  }
+  return path;
+}
+
+}  // namespace vildar
