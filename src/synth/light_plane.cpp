@@ -10,7 +10,7 @@ namespace vildar {
 namespace {
 
 constexpr int kFarStep_px = 4;
-constexpr float kLeastFar_e = 0.002F;  // per pixel; far below any read noise
+constexpr float kLeastFar_e = 0.0005F;  // per pixel; far below any read noise
 constexpr double kLongestSmearStep_px = 0.3;
 constexpr int kMostSmearSteps = 64;
 

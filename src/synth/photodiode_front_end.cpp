@@ -17,16 +17,12 @@ double clip_time_s(const Scenario& scenario, double diode_time_s) {
          scenario.site.photodiodes.front().time_offset_s.mean;
 }
 
-// How many times within a sample the light is looked at: the pole and the pulses must be resolved.
-int inner_steps(const Scenario& scenario) {
-  const PhotodiodeScene& scene = scenario.photodiode;
-  if (!scene.bandwidth_hz) return 1;
-  double wanted_hz = 32.0 * *scene.bandwidth_hz;
-  for (const VehicleScene& vehicle : scenario.vehicles)
-    if (vehicle.waveform.jumps())
-      wanted_hz = std::max(wanted_hz, 50.0 * vehicle.waveform.frequency_hz());
+// How many times within a sample the light is looked at, so that the pole is resolved.
+int inner_steps(const PhotodiodeScene& scene) {
   constexpr double kMost = 1000.0;
-  return static_cast<int>(std::clamp(std::ceil(wanted_hz / scene.rate_hz), 1.0, kMost));
+  if (!scene.bandwidth_hz) return 1;
+  return static_cast<int>(
+      std::clamp(std::ceil(32.0 * *scene.bandwidth_hz / scene.rate_hz), 1.0, kMost));
 }
 
 // One photodiode with its amplifier, in watts of light at the input.
@@ -35,19 +31,23 @@ class FrontEnd {
   FrontEnd(const Scenario& scenario, const PhotodiodeSite& photodiode)
       : scenario_(scenario),
         photodiode_(photodiode),
-        steps_(inner_steps(scenario)),
+        steps_(inner_steps(scenario.photodiode)),
         step_s_(1.0 / (scenario.photodiode.rate_hz * steps_)) {
     const PhotodiodeScene& scene = scenario.photodiode;
-    if (scene.bandwidth_hz) keep_ = std::exp(-2.0 * kPi * *scene.bandwidth_hz * step_s_);
-    output_w_ = light_w(scenario, photodiode, clip_time_s(scenario, -step_s_));
+    if (scene.bandwidth_hz) {
+      keep_ = std::exp(-2.0 * kPi * *scene.bandwidth_hz * step_s_);
+      into_step_ = 0.5;
+    }
+    output_w_ = light_w(scenario, photodiode, clip_time_s(scenario, -step_s_), 0.0);
   }
 
   // The output at sample `index`, without the white noise of the converter.
   double sample_w(std::size_t index, Random& random) {
     for (int step = steps_ - 1; step >= 0; --step) {
       const double time_s =
-          static_cast<double>(index) / scenario_.photodiode.rate_hz - step * step_s_;
-      double input_w = light_w(scenario_, photodiode_, clip_time_s(scenario_, time_s));
+          static_cast<double>(index) / scenario_.photodiode.rate_hz - (step + into_step_) * step_s_;
+      double input_w = light_w(scenario_, photodiode_, clip_time_s(scenario_, time_s),
+                               2.0 * into_step_ * step_s_);
       const double variance_w2 = variance_of_step_w2(input_w);
       if (variance_w2 > 0.0) input_w += random.normal(0.0, std::sqrt(variance_w2));
       output_w_ = keep_ * output_w_ + (1.0 - keep_) * input_w;
@@ -75,6 +75,7 @@ class FrontEnd {
   int steps_;
   double step_s_;
   double keep_ = 0.0;
+  double into_step_ = 0.0;  ///< where a step looks at the light, back from its end
   double output_w_ = 0.0;
 };
 

@@ -75,15 +75,20 @@ double vehicle_power_w(const Scenario& scenario, const std::vector<VehicleState>
          transmittance(scenario.extinction_per_m, Metres(way_m.norm()));
 }
 
-double light_w(const Scenario& scenario, const PhotodiodeSite& photodiode, double time_s) {
+double light_w(const Scenario& scenario, const PhotodiodeSite& photodiode, double time_s,
+               double window_s) {
   const PhotodiodeScene& scene = scenario.photodiode;
+  const auto level = [&](const Waveform& wave) {
+    return window_s > 0.0 ? wave.mean(time_s - 0.5 * window_s, time_s + 0.5 * window_s)
+                          : wave.at(time_s);
+  };
   double sum_w = scene.ambient_w;
   if (scene.ambient_flicker > 0.0)
-    sum_w *= Waveform::sine(2.0 * scenario.site.mains_hz, scene.ambient_flicker, 0.0).at(time_s);
+    sum_w *= level(Waveform::sine(2.0 * scenario.site.mains_hz, scene.ambient_flicker, 0.0));
   const std::vector<VehicleState> states = states_at(scenario, time_s);
   for (std::size_t i = 0; i < states.size(); ++i)
     sum_w += vehicle_power_w(scenario, states, i, photodiode, time_s) *
-             scenario.vehicles[i].waveform.at(time_s);
+             level(scenario.vehicles[i].waveform);
   return sum_w;
 }
 

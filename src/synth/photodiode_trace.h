@@ -21,8 +21,10 @@ double vehicle_power_w(const Scenario& scenario, const std::vector<VehicleState>
                        std::size_t vehicle, const PhotodiodeSite& photodiode, double time_s);
 
 /// All light on a photodiode at one instant of clip time: vehicles with their waveforms, and the
-/// ambient light with its flicker.
-double light_w(const Scenario& scenario, const PhotodiodeSite& photodiode, double time_s);
+/// ambient light with its flicker. Where `window_s` > 0, waveforms are averaged over that time
+/// about the instant.
+double light_w(const Scenario& scenario, const PhotodiodeSite& photodiode, double time_s,
+               double window_s);
 
 /// Light of one step of the converter. Needs adc_bits and full_scale_w, or for counts what turns
 /// them into watts; throws std::bad_optional_access without.

@@ -14,11 +14,8 @@ class Waveform {
   double at(double time_s) const;
   /// Mean over an interval of positive length.
   double mean(double from_s, double to_s) const;
-  bool steady() const { return kind_ == Kind::steady; }
   /// Of the variation; 0 for a steady light.
   double frequency_hz() const { return frequency_hz_; }
-  /// Whether the light jumps, so that samples in time miss part of it.
-  bool jumps() const { return kind_ == Kind::pulses && level_ < 1.0; }
 
  private:
   enum class Kind { steady, sine, pulses };

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/quantity.h"
 #include "core/random.h"
 
 namespace vildar {
@@ -66,6 +67,67 @@ TEST(LightPlane, AllLightOfACoreWithoutWingsIsThere) {
   LightPlane plane(kSize_px, kSize_px, psf, 0.001, 0.0);
   plane.add(lamp_at(kMiddle_px + Eigen::Vector2d(0.31, -0.17), 3.3));
   EXPECT_NEAR(moments_of(plane, 1e9).flux / 1e6, 1.0, 1e-4);
+}
+
+// Within r of a point: the gaussian whole, of the wing 1 - (1 + r^2 / a^2)^(1 - q / 2).
+TEST(LightPlane, FluxIsTheClosedFormHoweverBright) {
+  constexpr double kRelative = 1e-3;
+  constexpr double kFullWell_e = 10'000.0;
+  constexpr int kWide_px = 700;
+  const Psf psf({}, 1500.0);
+  LightPlane plane(kWide_px, kWide_px, psf, 0.001, 0.0);
+  const Eigen::Vector2d middle_px(350.3, 349.6);
+  for (const double saturation : {2.0, 20.0, 200.0, 2000.0})
+    for (const double disc_px : {0.3, 4.0}) {
+      // The brightest pixel of a narrow lamp holds about flux / (2 pi sigma^2 + pi r^2).
+      LampImage lamp;
+      lamp.centre_px = middle_px;
+      lamp.disc_radius_px = disc_px;
+      lamp.flux = saturation * kFullWell_e * kPi * (2.0 * 0.81 + disc_px * disc_px);
+      plane.clear();
+      plane.add(lamp);
+      double sum = 0.0;
+      for (int v = 0; v < kWide_px; ++v)
+        for (int u = 0; u < kWide_px; ++u)
+          if ((Eigen::Vector2d(u, v) - middle_px).norm() < 300.0) sum += plane.at(u, v);
+      const double wing = 1.0 - std::pow(1.0 + 300.0 * 300.0 / 4.0, -0.25);
+      EXPECT_NEAR(sum / lamp.flux / (0.97 + 0.03 * wing), 1.0, kRelative)
+          << saturation << " x full well, disc " << disc_px;
+    }
+}
+
+TEST(LightPlane, AStreakHoldsItsFluxAndItsLength) {
+  const Psf psf({}, 800.0);
+  LightPlane plane(kSize_px, kSize_px, psf, 0.001, 0.0);
+  LampImage lamp = lamp_at(kMiddle_px + Eigen::Vector2d(0.3, -0.2), 1.0);
+  lamp.streak_px = 12.0;
+  plane.add(lamp);
+  const Moments moments = moments_of(plane, 1e9);
+  EXPECT_NEAR(moments.flux / 1e6, 1.0, 1e-3);  // cut at four sigmas
+  EXPECT_LT((moments.centre_px - Eigen::Vector2d(0.3, -0.2)).norm(), 0.02);
+  EXPECT_NEAR(moments.u_variance_px2, 0.81 + 0.25 + 1.0 / 12.0, 0.02);
+  double upright = 0.0;
+  for (int v = 0; v < kSize_px; ++v)
+    for (int u = 0; u < kSize_px; ++u) upright += plane.at(u, v) * (v - 119.8) * (v - 119.8);
+  EXPECT_NEAR(upright / moments.flux, 144.0 + 0.81 + 0.25 + 1.0 / 12.0, 0.5);
+}
+
+TEST(LightPlane, AQuadHoldsItsAreaOfLight) {
+  const Psf psf({}, 800.0);
+  LightPlane plane(kSize_px, kSize_px, psf, 0.001, 0.0);
+  QuadImage quad;
+  quad.corners_px = {Eigen::Vector2d(90.2, 100.4), {140.7, 95.1}, {138.3, 141.9}, {92.6, 136.2}};
+  quad.light = 50.0;
+  plane.add(quad);
+  double twice_area_px2 = 0.0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector2d &a = quad.corners_px[i], &b = quad.corners_px[(i + 1) % 4];
+    twice_area_px2 += a.x() * b.y() - b.x() * a.y();
+  }
+  // The blur of the edges conserves light but for the corners that are not square.
+  EXPECT_NEAR(moments_of(plane, 1e9).flux / (50.0 * 0.5 * twice_area_px2), 1.0, 1e-3);
+  EXPECT_NEAR(plane.at(115, 118), 50.0, 1e-3);
+  EXPECT_NEAR(plane.at(60, 118), 0.0, 1e-6);
 }
 
 TEST(LightPlane, CentroidFollowsTheLamp) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "core/quantity.h"
+#include "optics/road.h"
 #include "scenes.h"
 
 namespace vildar {
@@ -32,6 +33,59 @@ TEST(StateAt, AVehicleThatHasStoppedStays) {
     EXPECT_EQ(state.speed_mps, 0.0);
     EXPECT_EQ(state.acceleration_mps2, 0.0);
   }
+}
+
+TEST(StateAt, SpeedChangesFollowEachOther) {
+  const Scenario scene = small_scene();
+  VehicleScene vehicle = car_at(100.0, 10.0);
+  vehicle.speed_changes = {{1.0, 2.0}, {3.0, -5.0}, {8.0, 1.0}};
+  // 10 m at 10 m/s; 2 s at 2 m/s^2: 24 m, to 14 m/s; 14^2 / 10 = 19.6 m to a stop at 5.8 s.
+  EXPECT_NEAR(state_at(vehicle, scene.site.road, 1.0).place_m.x(), 90.0, 1e-12);
+  EXPECT_NEAR(state_at(vehicle, scene.site.road, 3.0).place_m.x(), 66.0, 1e-12);
+  EXPECT_NEAR(state_at(vehicle, scene.site.road, 3.0).speed_mps, 14.0, 1e-12);
+  EXPECT_NEAR(state_at(vehicle, scene.site.road, 7.0).place_m.x(), 46.4, 1e-12);
+  EXPECT_EQ(state_at(vehicle, scene.site.road, 7.0).speed_mps, 0.0);
+  EXPECT_NEAR(state_at(vehicle, scene.site.road, 10.0).place_m.x(), 44.4, 1e-12);
+  EXPECT_NEAR(state_at(vehicle, scene.site.road, 10.0).speed_mps, 2.0, 1e-12);
+}
+
+TEST(StateAt, ALaneChangeIsSmoothAndItsSpeedThatOfThePath) {
+  Scenario scene = small_scene();
+  for (const bool curved : {false, true}) {
+    RoadSite& road = scene.site.road;
+    if (curved) {
+      road.kind = RoadKind::curved;
+      road.radius_m = Uncertain{60.0, 0.0};
+      road.straight_m = 10.0;
+    }
+    VehicleScene vehicle = car_at(70.0, 18.0);
+    vehicle.acceleration_mps2 = -1.0;
+    vehicle.lane_changes = {{0.5, 2.0, 1, -3.5}};
+    EXPECT_EQ(lane_at(vehicle, 1.4), 0);
+    EXPECT_EQ(lane_at(vehicle, 1.6), 1);
+    double length_m = 0.0, speed_sum = 0.0;
+    constexpr int kSteps = 3000;
+    for (int i = 0; i < kSteps; ++i) {
+      const double from_s = 3.0 * i / kSteps, step_s = 3.0 / kSteps;
+      const Eigen::Vector2d step_m = state_at(vehicle, road, from_s + step_s).place_m -
+                                     state_at(vehicle, road, from_s).place_m;
+      const VehicleState middle = state_at(vehicle, road, from_s + 0.5 * step_s);
+      length_m += step_m.norm();
+      speed_sum += middle.speed_mps * step_s;
+      EXPECT_LT((step_m.normalized() - middle.forward).norm(), 1e-3);
+    }
+    EXPECT_NEAR(speed_sum, length_m, 1e-4 * length_m);
+    const double lateral_m = road_position(road, state_at(vehicle, road, 3.0).place_m.x(),
+                                           state_at(vehicle, road, 3.0).place_m.y())
+                                 .lateral_m;
+    EXPECT_NEAR(lateral_m, -6.5, 1e-9);
+  }
+}
+
+TEST(PitchAt, IsASine) {
+  VehicleScene vehicle;
+  vehicle.pitch = {0.01, 2.0, 0.3};
+  EXPECT_NEAR(pitch_rad_at(vehicle, 0.7), 0.01 * std::sin(2.0 * kPi * 1.4 + 0.3), 1e-15);
 }
 
 TEST(StateAt, TheCurveIsThePapers) {

@@ -16,7 +16,10 @@ extern "C" {
 
 #include "core/error.h"
 #include "scenes.h"
+#include "synth/clip_writer.h"
+#include "synth/frame_times.h"
 #include "synth/renderer.h"
+#include "synth/truth.h"
 
 namespace vildar {
 namespace {
@@ -135,6 +138,61 @@ TEST_F(Render, WritesTheFilesOfTheContractAndTheSameBytesAgain) {
   EXPECT_EQ(clip.luma.size(), 10u);
   EXPECT_EQ(clip.width_px, 320);
   EXPECT_NEAR(clip.time_s.at(9) - clip.time_s.at(0), 9.0 / 25.0, 1e-6);
+}
+
+TEST_F(Render, EveryCodecShowsTheSamePictures) {
+  scene_.duration_s = 0.2;
+  const Frame truth = Renderer(scene_).image(0.04);
+  for (const ClipCodec codec : {ClipCodec::h265, ClipCodec::mjpeg}) {
+    scene_.encoder.codec = codec;
+    scene_.encoder.crf = 12;
+    scene_.encoder.quality = 2;
+    render(scene_, folder_, {});
+    const Decoded clip = decoded(folder_ / clip_file_name(codec));
+    ASSERT_EQ(clip.luma.size(), 5u);
+    EXPECT_EQ(clip.range, AVCOL_RANGE_MPEG) << "or codes would mean another light";
+    double off = 0.0;
+    for (int i = 0; i < 320 * 180; ++i)
+      off += std::abs(static_cast<std::uint8_t>(clip.luma[1][static_cast<std::size_t>(i)]) -
+                      truth.luma.data[i]);
+    EXPECT_LT(off / (320 * 180), 2.0) << clip_file_name(codec);
+  }
+}
+
+TEST_F(Render, UnevenFramesKeepTheirTimesInTheClip) {
+  scene_.duration_s = 1.0;
+  scene_.frame_times = {0.004, 0.1, {7, 8}};
+  const std::vector<double> times_s = frame_times_s(scene_);
+  ASSERT_LT(times_s.size(), 24u);
+  double spread_s = 0.0;
+  for (const double time_s : times_s)
+    spread_s = std::max(spread_s, std::abs(time_s * 25.0 - std::round(time_s * 25.0)) / 25.0);
+  EXPECT_GT(spread_s, 0.002);
+  for (const double time_s : times_s) {
+    EXPECT_GT(std::abs(time_s - 7.0 / 25.0), 0.02);
+    EXPECT_GT(std::abs(time_s - 8.0 / 25.0), 0.02);
+  }
+  for (const ClipCodec codec : {ClipCodec::h264, ClipCodec::ffv1}) {
+    scene_.encoder.codec = codec;
+    render(scene_, folder_, {});
+    Decoded clip = decoded(folder_ / clip_file_name(codec));
+    std::sort(clip.time_s.begin(), clip.time_s.end());
+    ASSERT_EQ(clip.time_s.size(), times_s.size());
+    for (std::size_t i = 0; i < times_s.size(); ++i)
+      EXPECT_NEAR(clip.time_s[i] - clip.time_s[0], times_s[i], 1e-9);
+  }
+  const std::vector<TruthTrackRow> truth = truth_tracks(scene_);
+  ASSERT_EQ(truth.size(), times_s.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) EXPECT_EQ(truth[i].time_s, times_s[i]);
+}
+
+TEST_F(Render, WritesTheToldSiteWhereThereIsOne) {
+  scene_.site.camera.reset();
+  Site told = scene_.site;
+  told.channel->gain_db = Uncertain{-41.0, 2.0};
+  scene_.told_site = told;
+  render(scene_, folder_, {});
+  EXPECT_NE(content(folder_ / "site.yaml").find("{mean: -41, std: 2}"), std::string::npos);
 }
 
 TEST_F(Render, WithoutACameraOnlyTheTrace) {

@@ -177,6 +177,78 @@ TEST(Renderer, AWetRoadMirrorsTheLampsBelowTheRoad) {
   EXPECT_NEAR(row_px / mirrored, mirror_px->y(), 1.5);
 }
 
+TEST(Renderer, PulsesShorterThanTheExposureComeAndGo) {
+  Scenario scene = clean_scene();
+  scene.vehicles = {car_at(40.0, 0.0)};
+  const double steady = Renderer(scene).lamps(0.0).at(0).flux;
+  scene.vehicles[0].waveform = Waveform::pulses(90.0, 0.4, 0.0);
+  Renderer renderer(scene);
+  for (const double time_s : {0.04, 0.12, 0.2})
+    EXPECT_NEAR(renderer.lamps(time_s).at(0).flux / steady,
+                scene.vehicles[0].waveform.mean(time_s - 0.0005, time_s + 0.0005), 1e-9);
+}
+
+TEST(Renderer, ABeamAndTheAirDecideWhatReachesTheLens) {
+  Scenario scene = clean_scene();
+  scene.vehicles = {car_at(40.0, 0.0)};
+  scene.vehicles[0].beam = LampBeam(LambertianBeam{600.0, 2.6});
+  scene.extinction_per_m = 0.02;
+  for (const LampImage& lamp : Renderer(scene).lamps(0.0)) {
+    const double y_m =
+        lamp.disc_radius_px > 0.0 &&
+                lamp.centre_px.x() < Camera(*scene.site.camera).project({40.0, -3.0, 0.65})->x()
+            ? -2.375
+            : -3.625;
+    const double distance_m = std::sqrt(1600.0 + y_m * y_m + 4.35 * 4.35);
+    const double lux = 600.0 * std::pow(40.0 / distance_m, 2.6) / (distance_m * distance_m) *
+                       std::exp(-0.02 * distance_m);
+    EXPECT_NEAR(lamp.flux / (lux * 6.3e10 * 0.001), 1.0, 1e-9);
+  }
+}
+
+TEST(Renderer, AMosaicKeepsGreyLightAndTailLampsRed) {
+  Scenario scene = clean_scene();
+  scene.image.black_level_e = 3000.0;
+  scene.image.bayer = true;
+  const Frame grey = Renderer(scene).image(0.0);
+  EXPECT_EQ(grey.luma.code(100, 90), static_cast<int>(std::lround(16 + 219 * 0.3)));
+  EXPECT_EQ(grey.chroma.cr_fraction(100, 90), 0.0);
+  scene.vehicles = {car_at(30.0, 0.0)};
+  scene.vehicles[0].lane = 1;
+  scene.vehicles[0].lamps = VehicleLamps::tail;
+  scene.vehicles[0].intensity_cd = 1.0;
+  scene.vehicles[0].lamp_radius_m = 0.3;
+  Renderer renderer(scene);
+  const Frame red = renderer.image(0.0);
+  const Eigen::Vector2d lamp_px = renderer.lamps(0.0).at(0).centre_px;
+  EXPECT_GT(red.chroma.cr_fraction(static_cast<int>(lamp_px.x()), static_cast<int>(lamp_px.y())),
+            0.05);
+}
+
+TEST(RoadLight, IsTheCosineLawOfEachLamp) {
+  const LampBeam beam(LambertianBeam{1000.0, 1.0});
+  // Twenty metres ahead of a lamp 0.65 m high: I cos(phi) sin(grazing) / D^2.
+  const double distance_m = std::hypot(20.0, 0.65);
+  EXPECT_NEAR(ground_illuminance_lx(beam, 2, {50.0, -3.0, 0.65}, kPi, 0.0, {30.0, -3.0}),
+              2.0 * 1000.0 * (20.0 / distance_m) * (0.65 / distance_m) / (distance_m * distance_m),
+              1e-9);
+}
+
+TEST(Renderer, HeadlampsLightTheRoadBeforeThem) {
+  Scenario scene = clean_scene();
+  scene.vehicles = {car_at(45.0, 0.0)};
+  scene.vehicles[0].intensity_cd = 1e-9;
+  scene.image.road_light = true;
+  scene.image.full_well_e = 500.0;
+  const auto brightness = [&](double x_m) {
+    const auto pixel_px = Camera(*scene.site.camera).project({x_m, -3.0, 0.0});
+    const Frame frame = Renderer(scene).image(0.0);
+    return frame.luma.code(static_cast<int>(pixel_px->x()), static_cast<int>(pixel_px->y()));
+  };
+  EXPECT_GT(brightness(35.0), 18);
+  EXPECT_EQ(brightness(60.0), 16) << "behind it";
+}
+
 TEST(Renderer, NeedsACameraWithAnExposure) {
   Scenario scene = small_scene();
   scene.site.camera->exposure_s.reset();

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "core/quantity.h"
 
 namespace vildar {
 namespace {
@@ -157,6 +158,94 @@ TEST_F(LoadScenario, EachRuleOnItsOwn) {
   for (const auto& [text, part] : cases) {
     const std::string found = problems(text);
     EXPECT_NE(found.find(part), std::string::npos) << text << "gave: " << found;
+  }
+}
+
+TEST_F(LoadScenario, ReadsTheWholeWorld) {
+  std::ofstream(folder_ / "spot.ies") << "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n"
+                                         "1 1 10\n0 45 90\n0\n500 300 0\n";
+  const Scenario scenario = loaded(
+      "duration_s: 4\nwet_road: true\ntraffic_side: left\nweather: {visibility_m: 200}\n"
+      "shake: {yaw_std_deg: 0.1, pitch_std_deg: 0.2, frequency_hz: 4}\n"
+      "frame_times: {jitter_s: 0.002, dropped_share: 0.01, dropped: [3, 9]}\n" +
+      std::string(kSite) +
+      "told_site:\n  photodiode: {position_m: [0, 0, 5]}\n"
+      "vehicles:\n"
+      "  - id: a\n    lane: near\n    speed_mps: 20\n    range_at_zero_m: 60\n"
+      "    beam: low_beam\n    aim_pitch_deg: -0.5\n    beam_scale: 0.8\n"
+      "    pulses: {frequency_hz: 200, duty: 0.3}\n"
+      "    speed_changes: [{from_s: 1, acceleration_mps2: -2}]\n"
+      "    lane_changes: [{from_s: 1, duration_s: 2, to: far}]\n"
+      "    pitching: {amplitude_deg: 0.3, frequency_hz: 1.2, phase_deg: 90}\n"
+      "  - {id: b, lane: near, speed_mps: 5, range_at_zero_m: 90, beam: spot.ies}\n"
+      "  - {id: c, lane: near, speed_mps: 5, range_at_zero_m: 120, beam: lambertian,\n"
+      "     half_power_angle_deg: 40, intensity_cd: 900}\n"
+      "street_lamps: [{position_m: [40, 5, 8], intensity_cd: 500, flicker: 0.2}]\n"
+      "signs: [{position_m: [50, 6, 3], width_m: 2, height_m: 1, luminance_cd_per_m2: 80}]\n"
+      "image: {dark_e_per_s: 10, prnu: 0.01, bayer: true, glow_cd_per_m2: 0.1, own_lamps: true}\n"
+      "encoder: {codec: mjpeg, quality: 4}\n");
+  EXPECT_NEAR(scenario.extinction_per_m, 3.912 / 200.0, 1e-12);
+  EXPECT_NEAR(scenario.shake.pitch_std_rad, 0.2 * kPi / 180.0, 1e-12);
+  EXPECT_EQ(scenario.frame_times.dropped, (std::vector<int>{3, 9}));
+  ASSERT_TRUE(scenario.told_site);
+  EXPECT_FALSE(scenario.told_site->camera);
+  const VehicleScene& a = scenario.vehicles.at(0);
+  ASSERT_TRUE(a.beam);
+  // Left-hand traffic, aimed down by half a degree, dimmed to 0.8.
+  EXPECT_NEAR(a.beam->intensity_cd(0.02, -0.03),
+              0.8 * LowBeam{TrafficSide::left}.intensity_cd(0.02, -0.03 + 0.5 * kPi / 180.0),
+              1e-3 * a.beam->intensity_cd(0.02, -0.03));
+  EXPECT_EQ(a.waveform.frequency_hz(), 200.0);
+  EXPECT_EQ(a.speed_changes.at(0).acceleration_mps2, -2.0);
+  EXPECT_EQ(a.lane_changes.at(0).to_lane, 1);
+  EXPECT_NEAR(a.lane_changes.at(0).shift_m, -3.5, 1e-12);
+  EXPECT_NEAR(a.pitch.phase_rad, 0.5 * kPi, 1e-12);
+  EXPECT_NEAR(scenario.vehicles.at(1).beam->intensity_cd(0.0, 0.0), 500.0, 1e-9);
+  EXPECT_NEAR(scenario.vehicles.at(2).beam->intensity_cd(40.0 * kPi / 180.0, 0.0), 450.0, 1e-9);
+  EXPECT_EQ(scenario.street_lamps.at(0).waveform.frequency_hz(), 100.0);
+  EXPECT_EQ(scenario.signs.at(0).width_m, 2.0);
+  EXPECT_EQ(scenario.encoder.quality, 4);
+}
+
+TEST_F(LoadScenario, BadWorldsAreNamed) {
+  const std::string head = "duration_s: 4\n" + std::string(kSite);
+  const std::string car = "  - {id: a, lane: near, speed_mps: 20, range_at_zero_m: 60";
+  std::string exposure = head, radius = head, low = head;
+  exposure.replace(exposure.find("exposure_s: 0.001"), 17, "exposure_s: -0.01");
+  radius.replace(radius.find("kind: straight"), 14,
+                 "kind: curved\n    radius_m: 0\n    turn: left");
+  low.replace(low.find("[0.0, 0.0, 5.0]"), 15, "[0.0, -3.4, 1.2]");
+  const struct {
+    std::string text, part;
+  } cases[] = {
+      {exposure, "exposure_s"},
+      {radius, "radius_m"},
+      {low + "vehicles:\n" + car + "}\n", "the camera is inside this vehicle"},
+      {head + "vehicles:\n" + car + ", beam: low_bem}\n", "low_bem"},
+      {head + "vehicles:\n" + car + ", beam: high_beam, intensity_cd: 5}\n", "beam_scale"},
+      {head + "vehicles:\n" + car + ", beam: lambertian}\n", "half_power_angle_deg"},
+      {head + "vehicles:\n" + car + ", lane_changes: [{from_s: 1, to: fat}]}\n", "fat"},
+      {head + "vehicles:\n" + car + ", pulses: {frequency_hz: 100, duty: 0}}\n", "duty"},
+      {head + "vehicles:\n" + car +
+           ", speed_changes: [{from_s: 2, acceleration_mps2: 1}, {from_s: 1, acceleration_mps2: "
+           "1}]}\n",
+       "in order"},
+      {head + "weather: {visibility_m: 100, rain_mm_per_h: 3}\n", "more than once"},
+      {head + "weather: {visibility_m: 0}\n", "visibility_m"},
+      {head + "encoder: {codec: mjpeg, crf: 3}\n", "quality"},
+      {head + "photodiode: {adc_bits: 12}\n", "full_scale_w"},
+      {head + "photodiode: {quantity: counts}\n", "adc_bits"},
+      {head + "photodiode: {gaps: [{from_s: 2, to_s: 1}]}\n", "from_s"},
+      {head + "signs: [{position_m: [1, 2, 3], width_m: 0, height_m: 1}]\n", "width_m"},
+      {head + "frame_times: {dropped_share: 1.5}\n", "dropped_share"},
+      {head + "  photodiode: {position_m: [0, 0, 5]}\n  channel: {gain_db: -42, "
+              "path_loss_exponent: 2}\nphotodiode: {shot_noise: true}\n",
+       "responsivity_a_per_w"},
+  };
+  for (const auto& [text, part] : cases) {
+    const std::string found = problems(text);
+    EXPECT_NE(found.find(part), std::string::npos) << text << "gave: " << found;
+    EXPECT_NE(found.find("s.yaml"), std::string::npos);
   }
 }
 
