@@ -11,5 +11,6 @@ namespace vildar {
 void add_run(CLI::App& program, int& exit_code);
 void add_render(CLI::App& program, int& exit_code);
 void add_evaluate(CLI::App& program, int& exit_code);
+void add_simulate(CLI::App& program, int& exit_code);
 
 }  // namespace vildar

@@ -36,6 +36,7 @@ int main(int argc, char** argv) {
   vildar::add_run(program, exit_code);
   vildar::add_render(program, exit_code);
   vildar::add_evaluate(program, exit_code);
+  vildar::add_simulate(program, exit_code);
 
   std::signal(SIGINT, vildar::request_interrupt);
   std::signal(SIGTERM, vildar::request_interrupt);

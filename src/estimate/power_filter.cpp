@@ -30,9 +30,9 @@ void PowerFilter::update(double time_s, double power_w, double sigma_w) {
 }
 
 PowerOutcome estimate_kalman(const PowerProblem& problem) {
-  // The filter linearises where it stands, so its first samples are fitted together; a wide prior
-  // on the speed keeps that fit sane where they say little.
-  constexpr double kFirstShare = 0.2;
+  // The filter linearises where it stands, so its first samples are fitted together, as many as it
+  // takes for a speed that is roughly right; a wide prior keeps that fit sane.
+  constexpr double kFirstShare = 0.2, kGrowth = 1.5, kRoughlyRight = 0.1;
   constexpr std::size_t kFirstLeast = 20;
   constexpr Uncertain kAnyVehicle{25.0, 10.0};
   auto gathered = gather(problem);
@@ -41,21 +41,29 @@ PowerOutcome estimate_kalman(const PowerProblem& problem) {
   if (!samples.noise_known)
     return PowerRefusal{Miss::unobservable, "the filter needs the noise of a sample"};
   const std::size_t n = samples.time_s.size();
-  const std::size_t first = std::min(
+  std::size_t first = std::min(
       n, std::max(kFirstLeast, static_cast<std::size_t>(kFirstShare * static_cast<double>(n))));
   std::vector<double> sigma_w(n);
   for (std::size_t i = 0; i < n; ++i) sigma_w[i] = 1.0 / std::sqrt(samples.weight[i]);
 
   PowerProblem early = problem;
-  early.time_s = std::span(samples.time_s).first(first);
-  early.power_w = std::span(samples.power_w).first(first);
-  early.sigma_w = std::span(sigma_w).first(first);
   early.reference_s = 0.0;
   if (!early.known[kPowerSpeed]) early.known[kPowerSpeed] = kAnyVehicle;
-  const PowerOutcome start = estimate_max_likelihood(early);
-  if (std::holds_alternative<PowerRefusal>(start)) return start;
-
-  PowerEstimate estimate = std::get<PowerEstimate>(start);
+  PowerEstimate estimate;
+  while (true) {
+    early.time_s = std::span(samples.time_s).first(first);
+    early.power_w = std::span(samples.power_w).first(first);
+    early.sigma_w = std::span(sigma_w).first(first);
+    const PowerOutcome start = estimate_max_likelihood(early);
+    if (const auto* fitted = std::get_if<PowerEstimate>(&start)) {
+      estimate = *fitted;
+      if (first == n || estimate.speed_sigma_mps() < kRoughlyRight * std::abs(estimate.speed_mps()))
+        break;
+    } else if (first == n) {
+      return start;
+    }
+    first = std::min(n, static_cast<std::size_t>(kGrowth * static_cast<double>(first)));
+  }
   PowerFilter filter(estimate.value, estimate.covariance, problem.setting);
   for (std::size_t i = first; i < n; ++i)
     filter.update(samples.time_s[i], samples.power_w[i], sigma_w[i]);

@@ -24,10 +24,8 @@ std::vector<double> places(double least_w, double most_w, const PowerVector& p,
   const auto on_axis_m = [&](double power_w) {
     return std::exp((p[kPowerLogGain] - std::log(power_w)) / p[kPowerExponent]);
   };
-  const double implied_m = on_axis_m(least_w);
-  const double farthest_m = setting.curved ? std::min(implied_m * 1.05 + setting.straight_m,
-                                                      setting.straight_m + kPi * p[kPowerRadius])
-                                           : implied_m * 1.05;
+  const double farthest_m =
+      setting.curved ? setting.straight_m + kPi * p[kPowerRadius] : 1.05 * on_axis_m(least_w);
   const double nearest_m = kNearest * on_axis_m(most_w);
   std::vector<double> along_m(kCount);
   for (int i = 0; i < kCount; ++i)
