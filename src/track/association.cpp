@@ -27,7 +27,9 @@ bool opposed(LampKind a, LampKind b) {
 
 std::vector<Link> links_within_gate(const Lamps& lamps, const std::vector<Spot>& spots,
                                     double gate_chi2) {
-  constexpr int kSettled = 3;
+  constexpr int kSettled = 3, kKnown = 5;
+  // A lamp does not change this much between two looks; whatever is there now is another light.
+  constexpr double kMostStepLn = 2.3, kMostStepDimLn = 1.8;
   constexpr double kFluxSigmaLn = 0.8, kMostFluxCost = 12.0, kUnknownKindCost = 2.0;
   std::vector<Link> links;
   for (int i = 0; i < static_cast<int>(lamps.size()); ++i) {
@@ -39,6 +41,8 @@ std::vector<Link> links_within_gate(const Lamps& lamps, const std::vector<Spot>&
       const auto [chi2, log_det] = lamp.distance(spots[j]);
       if (!(chi2 < gate_chi2)) continue;
       const double flux_ln = std::log(std::max(blob.flux, 1e-9)) - lamp.log_flux();
+      const double most_flux_ln = blob.kind == LampKind::other ? kMostStepDimLn : kMostStepLn;
+      if (lamp.sightings() >= kKnown && std::abs(flux_ln) > most_flux_ln) continue;
       const double flux_cost = std::min(kMostFluxCost, std::pow(flux_ln / kFluxSigmaLn, 2));
       const double kind_cost = kind != blob.kind ? kUnknownKindCost : 0.0;
       links.push_back({i, j, chi2 + log_det + flux_cost + kind_cost});

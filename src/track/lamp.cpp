@@ -24,6 +24,18 @@ constexpr double kShake_pxps2 = 40.0;
 constexpr double kFlowFloor_px = 25.0;
 constexpr double kMostDepthRate_per_s = 6.0;
 
+// The Cb of yellow falls further than its Cr rises.
+double reddish(const Blob& blob) {
+  constexpr double kRedOverYellow = 0.6;
+  return blob.cr + kRedOverYellow * std::min(blob.cb, 0.0) > 0.0 ? blob.cr : 0.0;
+}
+
+// Redder than any headlamp.
+bool is_red(const Blob& blob) {
+  constexpr double kRedCr = 0.06;
+  return reddish(blob) > kRedCr;
+}
+
 }  // namespace
 
 Spot spot_of(const Blob& blob, const Eigen::Vector2d& at_px) {
@@ -128,13 +140,26 @@ void Lamp::carry(const Eigen::Vector2d& moved_px, const Eigen::Vector2d& speed_c
   velocity_pxps_ += speed_change_pxps;
 }
 
+void Lamp::start_anew(CameraTime time) {
+  records.clear();
+  head_votes_ = tail_votes_ = sightings_ = 0;
+  red = lamp_like = RunningShare{};
+  was_paired = true;
+  first_time_ = last_time_ = time;
+  least_px_ = most_px_ = at_px_ - drift_px_;
+  vehicle = nullptr;
+}
+
 void Lamp::remember(const Spot& spot, const Eigen::Vector2d& off_px, std::int64_t frame,
                     CameraTime time) {
   constexpr double kFluxMemory = 0.3;
+  constexpr int kColourMemory = 6, kLampMemory = 20;
   const Blob& blob = *spot.blob;
   log_flux_ += kFluxMemory * (std::log(std::max(blob.flux, 1e-9)) - log_flux_);
   head_votes_ += blob.kind == LampKind::headlamp;
   tail_votes_ += blob.kind == LampKind::taillamp;
+  red.add(is_red(blob), kColourMemory);
+  lamp_like.add(blob.kind != LampKind::other, kLampMemory);
   ++sightings_;
   last_frame_ = frame;
   last_time_ = time;
@@ -144,7 +169,7 @@ void Lamp::remember(const Spot& spot, const Eigen::Vector2d& off_px, std::int64_
   records.push_back({frame, time,
                      LampSighting{blob.centre_px, blob.centre_sigma_px, blob.flux, blob.flux_sigma,
                                   blob.saturated_px, blob.box, blob.row_fraction, blob.defects},
-                     spot.at_px, off_px.norm()});
+                     spot.at_px, reddish(blob), off_px.norm()});
 }
 
 LampKind Lamp::kind() const {

@@ -27,6 +27,7 @@ struct LampRecord {
   CameraTime time;
   LampSighting sighting;
   Eigen::Vector2d at_px;
+  double reddish = 0.0;  ///< Cr beyond what the yellow of street light has
   /// Half the pair's separation where the blob held both lamps of the vehicle; 0 elsewhere.
   double merged_px = 0.0;
 };
@@ -70,6 +71,9 @@ class Lamp {
   /// Follows the partner through a frame in which this lamp was not seen.
   void carry(const Eigen::Vector2d& moved_px, const Eigen::Vector2d& speed_change_pxps);
 
+  /// Follows on from here as a light that has just been found.
+  void start_anew(CameraTime time);
+
   const Eigen::Vector2d& at_px() const { return at_px_; }
   const Eigen::Vector2d& velocity_pxps() const { return velocity_pxps_; }
   double position_sigma_px() const;
@@ -90,10 +94,13 @@ class Lamp {
   int sightings() const { return sightings_; }
 
   std::vector<LampRecord> records;
+  RunningShare red;         ///< has the colour of a tail lamp, however dim
+  RunningShare lamp_like;   ///< shines like a lamp, not like something lit
   RunningShare above;       ///< stands above where a lamp on the road can
   RunningShare mirrored;    ///< looks like the road reflection of another lamp
   RunningShare on_vehicle;  ///< moves as a part of a vehicle that has its two lamps already
   std::optional<CameraTime> doubtful_at;  ///< when it last may have passed to another light
+  bool was_paired = false;                ///< its vehicle turned out not to be one any more
   bool fixed = false;                     ///< judged to be standing in the world
   Vehicle* vehicle = nullptr;             ///< that has it as a lamp
 

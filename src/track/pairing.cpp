@@ -7,9 +7,6 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
-
 namespace vildar {
 namespace {
 
@@ -17,7 +14,8 @@ constexpr int kMemory = 15;  // frames of the running mean
 constexpr int kLooksToJoin = 4;
 constexpr int kSettledFrames = 15;  // a pair seen together that often is not rearranged
 constexpr double kMostChi2ToJoin = 9.0;
-constexpr double kMostChi2ToStay = 25.0;
+constexpr double kMostChi2ToStay = 14.0;
+constexpr double kMostChi2Counted = 50.0;
 constexpr double kWorthOfPair = 14.0;  // against leaving two lamps alone
 constexpr double kWorthOfStaying = 5.0;
 
@@ -54,6 +52,23 @@ double moving_apart_chi2(const Lamp& a, const Lamp& b) {
   return sideways * sideways + stretch * stretch;
 }
 
+// The two lamps of a vehicle are alike but for beams, dirt and what clipping hides.
+double unequal_chi2(const Lamp& a, const Lamp& b) {
+  constexpr double kFluxSigmaLn = 0.8, kMost = 14.0;
+  return std::min(kMost, std::pow((a.log_flux() - b.log_flux()) / kFluxSigmaLn, 2));
+}
+
+// A lamp of a pair that is no longer what it was when the pair was formed: it has gone over to a
+// tail lamp, or to something that is lit.
+bool has_changed(const Lamp& lamp, LampKind kind) {
+  constexpr int kColourLooks = 4, kLampLooks = 15;
+  constexpr double kRedShare = 0.6, kLampShare = 0.2;
+  const bool turned_red = kind == LampKind::headlamp && lamp.red.looks() >= kColourLooks &&
+                          lamp.red.share() > kRedShare;
+  return turned_red ||
+         (lamp.lamp_like.looks() >= kLampLooks && lamp.lamp_like.share() < kLampShare);
+}
+
 struct Choice {
   double worth = 0.0;
   std::vector<int> edges;
@@ -88,7 +103,7 @@ void best_matching(const std::vector<Edge>& edges, std::size_t next, std::vector
 bool same_body(const Vehicle& vehicle, const Eigen::Vector2d& middle_px, double width_per_depth,
                const RoadView& view) {
   constexpr double kShortestGap_m = 6.5, kUnder_m = 1.0, kOver_m = 3.0, kOffMiddle_m = 0.4,
-                   kHighCamera_m = 2.0;
+                   kOffMiddleHigh_m = 0.9, kHighCamera_m = 2.0, kMargin_m = 0.15;
   const Eigen::Vector2d own_px = 0.5 * (vehicle.left->at_px() + vehicle.right->at_px());
   const LampPlace at = view.place(own_px);
   Eigen::Matrix2d axes;
@@ -96,21 +111,24 @@ bool same_body(const Vehicle& vehicle, const Eigen::Vector2d& middle_px, double 
   if (!(std::abs(axes.determinant()) > 1e-9)) return false;
   const double inverse_depth = vehicle.inverse_depth_per_m;
   const Eigen::Vector2d off_m = axes.inverse() * (middle_px - own_px) / inverse_depth;
-  if (std::abs(off_m.x()) > kOffMiddle_m || off_m.y() > kUnder_m || off_m.y() < -kOver_m)
-    return false;
+  const bool high = view.height_over_lamps_m() > kHighCamera_m;
+  if (off_m.y() > kUnder_m || off_m.y() < -kOver_m) return false;
   const double ratio = width_per_depth / vehicle.width_per_depth;
-  if (ratio < 0.6 || ratio > 1.6) return false;
+  // Seen from low down, what stands behind a vehicle and between its lamps is hidden.
+  const double half_m = 0.5 * vehicle.width_per_depth / inverse_depth;
+  if (!high && std::abs(off_m.x()) + half_m * ratio < half_m + kMargin_m) return true;
+  if (std::abs(off_m.x()) > (high ? kOffMiddleHigh_m : kOffMiddle_m)) return false;
+  if (ratio < (high ? 0.4 : 0.6) || ratio > 1.6) return false;
   const double gap_m =
-      view.height_over_lamps_m() > kHighCamera_m
-          ? 1.0 / view.place(middle_px).inverse_depth_per_m - 1.0 / at.inverse_depth_per_m
-          : (1.0 / ratio - 1.0) / inverse_depth;
+      high ? 1.0 / view.place(middle_px).inverse_depth_per_m - 1.0 / at.inverse_depth_per_m
+           : (1.0 / ratio - 1.0) / inverse_depth;
   return std::abs(gap_m) < kShortestGap_m;
 }
 
 }  // namespace
 
 void Pairing::look_at_pairs(const Lamps& lamps, std::int64_t frame) {
-  constexpr double kSigmaShare = 0.7, kFluxSigmaLn = 0.9, kMostFlux = 9.0, kUnknownKind = 2.0;
+  constexpr double kSigmaShare = 0.7, kUnknownKind = 2.0;
   constexpr double kLaneSigma_m = 0.9, kMostLane = 4.0;
   const double widest = 2.8 * view_.focal_px();
   for (std::size_t i = 0; i < lamps.size(); ++i) {
@@ -129,7 +147,7 @@ void Pairing::look_at_pairs(const Lamps& lamps, std::int64_t frame) {
       const double sigma_px = std::hypot(0.6, a.position_sigma_px(), b.position_sigma_px());
       const PairFit fit = view_.fit_pair(a.at_px(), b.at_px(), kSigmaShare * sigma_px);
       double chi2 = fit.chi2 + moving_apart_chi2(a, b);
-      chi2 += std::min(kMostFlux, std::pow((a.log_flux() - b.log_flux()) / kFluxSigmaLn, 2));
+      chi2 += unequal_chi2(a, b);
       if (a.kind() != b.kind()) chi2 += kUnknownKind;
       const Eigen::Vector2d middle_px = 0.5 * (a.at_px() + b.at_px());
       const double lateral_m = view_.road_at(middle_px, fit.inverse_depth_per_m).lateral_m;
@@ -138,11 +156,11 @@ void Pairing::look_at_pairs(const Lamps& lamps, std::int64_t frame) {
             std::min(kMostLane, std::pow(*off_m / std::hypot(kLaneSigma_m, 0.15 * lateral_m), 2));
       Evidence* known = evidence_of(&a, &b);
       if (!known) {
-        if (!(chi2 < 2.0 * kMostChi2ToStay)) continue;
+        if (!(chi2 < kMostChi2Counted)) continue;
         known = &evidence_.emplace_back(Evidence{&a, &b});
       }
       known->looks = std::min(known->looks + 1, kMemory);
-      known->chi2 += (std::min(chi2, 2.0 * kMostChi2ToStay) - known->chi2) / known->looks;
+      known->chi2 += (std::min(chi2, kMostChi2Counted) - known->chi2) / known->looks;
       known->inverse_depth_per_m = fit.inverse_depth_per_m;
       known->width_per_depth = fit.width_per_depth;
       known->last_frame = frame;
@@ -219,7 +237,7 @@ std::vector<Pairing::Evidence*> Pairing::best_pairs(std::int64_t frame) {
   return chosen;
 }
 
-void Pairing::join(Evidence& pair, Vehicles& vehicles) {
+void Pairing::join(Evidence& pair, Vehicles& vehicles, std::int64_t frame) {
   Vehicle* vehicle = pair.a->vehicle ? pair.a->vehicle : pair.b->vehicle;
   const bool a_is_left = pair.a->at_px().x() < pair.b->at_px().x();
   Lamp* left = a_is_left ? pair.a : pair.b;
@@ -232,7 +250,8 @@ void Pairing::join(Evidence& pair, Vehicles& vehicles) {
     const Eigen::Vector2d middle_px = 0.5 * (left->at_px() + right->at_px());
     for (const auto& other : vehicles)
       if (other->left && other->right &&
-          same_body(*other, middle_px, pair.width_per_depth, view_)) {
+          same_body(*other, middle_px, pair.width_per_depth, view_) &&
+          !outshines(*left, *right, *other)) {
         left->on_vehicle.add(true, kMemory);
         right->on_vehicle.add(true, kMemory);
         return;
@@ -246,27 +265,54 @@ void Pairing::join(Evidence& pair, Vehicles& vehicles) {
   vehicle->chi2 = pair.chi2;
   vehicle->inverse_depth_per_m = pair.inverse_depth_per_m;
   vehicle->width_per_depth = pair.width_per_depth;
+  vehicle->last_both = vehicle->last_good = frame;
+  vehicle->last_both_time = left->records.back().time;
 }
 
-void Pairing::refresh(Vehicles& vehicles, std::int64_t frame) {
+void Pairing::refresh(Vehicles& vehicles, std::int64_t frame, CameraTime time) {
+  constexpr double kLongestAlone_s = 1.0, kCrossed_px = 2.0;
+  constexpr std::int64_t kNoticed = 6;  // frames it takes to see that a lamp has changed
   for (const auto& vehicle : vehicles) {
     Lamp* left = vehicle->left;
     Lamp* right = vehicle->right;
-    if (!left || !right) continue;
-    if (left->seen_at(frame) && right->seen_at(frame)) {
+    const bool both = left && right && left->seen_at(frame) && right->seen_at(frame);
+    if (both) {
       const PairFit fit = view_.fit_pair(left->at_px(), right->at_px(), 1.0);
-      const double chi2 =
-          std::min(2.0 * kMostChi2ToStay, fit.chi2 + moving_apart_chi2(*left, *right));
+      const double chi2 = std::min(kMostChi2Counted, fit.chi2 + moving_apart_chi2(*left, *right) +
+                                                         unequal_chi2(*left, *right));
       vehicle->chi2 += (chi2 - vehicle->chi2) / kMemory;
       vehicle->inverse_depth_per_m = fit.inverse_depth_per_m;
       vehicle->width_per_depth = fit.width_per_depth;
       ++vehicle->both_seen;
+      vehicle->last_both = frame;
+      vehicle->last_both_time = time;
+      if (std::max(vehicle->chi2, chi2) < kMostChi2ToJoin) vehicle->last_good = frame;
+      const bool crossed = left->at_px().x() > right->at_px().x() + kCrossed_px;
+      if (has_changed(*left, vehicle->kind) || has_changed(*right, vehicle->kind))
+        vehicle->cut_after = std::min(vehicle->last_good, frame - kNoticed);
+      else if (crossed || vehicle->chi2 > kMostChi2ToStay) {
+        vehicle->cut_after = vehicle->last_good;
+        vehicle->came_apart = true;
+      }
+    } else if (seconds_of(time) - seconds_of(vehicle->last_both_time) > kLongestAlone_s) {
+      vehicle->cut_after = vehicle->last_both;
     }
-    vehicle->from_left_px = right->at_px() - left->at_px();
+    if (left && right) vehicle->from_left_px = right->at_px() - left->at_px();
+    if (!both) continue;
+    for (const auto& other : vehicles) {
+      if (other == vehicle || other->kind != vehicle->kind || !other->left || !other->right)
+        continue;
+      const Eigen::Vector2d middle_px = 0.5 * (left->at_px() + right->at_px());
+      if (same_body(*other, middle_px, vehicle->width_per_depth, view_) &&
+          !outshines(*left, *right, *other)) {
+        ++vehicle->second_on_body;
+        break;
+      }
+    }
   }
 }
 
-void Pairing::update(Lamps& lamps, Vehicles& vehicles, std::int64_t frame) {
+void Pairing::update(Lamps& lamps, Vehicles& vehicles, std::int64_t frame, CameraTime time) {
   look_at_pairs(lamps, frame);
   const std::vector<Evidence*> chosen = best_pairs(frame);
   // A young pair gives way when a better arrangement of all lamps leaves it out.
@@ -279,8 +325,8 @@ void Pairing::update(Lamps& lamps, Vehicles& vehicles, std::int64_t frame) {
     std::erase_if(vehicles, [&](const auto& one) { return one.get() == vehicle; });
   }
   for (Evidence* pair : chosen)
-    if (!pair->a->vehicle || pair->a->vehicle != pair->b->vehicle) join(*pair, vehicles);
-  refresh(vehicles, frame);
+    if (!pair->a->vehicle || pair->a->vehicle != pair->b->vehicle) join(*pair, vehicles, frame);
+  refresh(vehicles, frame, time);
 }
 
 void Pairing::forget(const Lamp* lamp) {

@@ -16,7 +16,7 @@ class Pairing {
   explicit Pairing(const RoadView& view) : view_(view) {}
 
   /// After all lamps have been updated with this frame.
-  void update(Lamps& lamps, Vehicles& vehicles, std::int64_t frame);
+  void update(Lamps& lamps, Vehicles& vehicles, std::int64_t frame, CameraTime time);
   void forget(const Lamp* lamp);
 
  private:
@@ -30,9 +30,9 @@ class Pairing {
   };
 
   void look_at_pairs(const Lamps& lamps, std::int64_t frame);
-  void refresh(Vehicles& vehicles, std::int64_t frame);
+  void refresh(Vehicles& vehicles, std::int64_t frame, CameraTime time);
   std::vector<Evidence*> best_pairs(std::int64_t frame);
-  void join(Evidence& pair, Vehicles& vehicles);
+  void join(Evidence& pair, Vehicles& vehicles, std::int64_t frame);
   Evidence* evidence_of(const Lamp* a, const Lamp* b);
 
   const RoadView& view_;

@@ -18,6 +18,8 @@ constexpr double kLeastLampHeightSigma_m = 0.12;
 const double kLeastTilt_rad = radians_from_degrees(0.15);
 const double kLeastTiltLow_rad = radians_from_degrees(0.3);
 constexpr double kLow_m = 2.0;
+// Road camber, steering, unequal lamps.
+constexpr double kLevelTolerance_rad = 0.06;
 
 }  // namespace
 
@@ -31,6 +33,8 @@ RoadView::RoadView(const Site& site)
   separation_sigma_ln_ = std::max(separation_m.std / separation_m.mean, kLeastSeparationSigmaLn);
   const double floor_rad = camera_.position_m().z() < kLow_m ? kLeastTiltLow_rad : kLeastTilt_rad;
   tilt_sigma_rad_ = std::max(site.camera->pitch_rad.std, floor_rad);
+  level_sigma_rad_ =
+      std::hypot(kLevelTolerance_rad, site.camera->roll_rad.std, site.camera->yaw_rad.std);
 }
 
 std::optional<Eigen::Vector2d> RoadView::spot_from_pixel(const Eigen::Vector2d& pixel_px) const {
@@ -80,7 +84,6 @@ double RoadView::slope_sigma(double inverse_depth_per_m) const {
 
 PairFit RoadView::fit_pair(const Eigen::Vector2d& left_px, const Eigen::Vector2d& right_px,
                            double sigma_px) const {
-  constexpr double kLevelTolerance = 0.1;  // road camber, steering, unequal lamps
   constexpr int kSteps = 6;
   const Eigen::Vector2d middle_px = 0.5 * (left_px + right_px);
   const LampPlace at = place(middle_px);
@@ -93,7 +96,7 @@ PairFit RoadView::fit_pair(const Eigen::Vector2d& left_px, const Eigen::Vector2d
     return fit;
   }
   const double off_level_px = (vector_px - across * at.across_px).norm();
-  const double off_level = off_level_px / std::hypot(sigma_px, kLevelTolerance * vector_px.norm());
+  const double off_level = off_level_px / std::hypot(sigma_px, level_sigma_rad_ * vector_px.norm());
 
   // One unknown, x = ln(inverse depth): the separation asks for width_per_depth / separation, the
   // elevation for slope / height over the lamps.

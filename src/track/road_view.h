@@ -69,6 +69,7 @@ class RoadView {
   double lamp_height_m_, lamp_height_sigma_m_;
   double separation_m_, separation_sigma_ln_;
   double tilt_sigma_rad_;
+  double level_sigma_rad_;  ///< of the line between the lamps of a vehicle
 };
 
 }  // namespace vildar

@@ -87,7 +87,7 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
 
   follow(spots, frame);
   note_look_alikes(lamps_, vehicles_, view_, frame.frame);
-  pairing_.update(lamps_, vehicles_, frame.frame);
+  pairing_.update(lamps_, vehicles_, frame.frame, frame.time);
   mark_split_records();
   learn_strength();
   std::vector<VehicleTrack> ended;
@@ -241,16 +241,15 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
   constexpr double kTentativeShare = 0.2;  // of the longest gap
   constexpr double kOutside_px = 4.0;
   constexpr std::size_t kMostRecordsAlone = 2000, kMostRecordsFixed = 100;
-  constexpr double kMostChi2 = 25.0;
 
   for (const auto& vehicle : vehicles_)
-    if (vehicle->left && vehicle->right && vehicle->chi2 > kMostChi2) {
-      // They came apart: a lamp went over to something else. What was good is reported, the rest
+    if (vehicle->cut_after) {
+      // They came apart, or a lamp went over to something else. What was good is reported, the rest
       // starts anew.
       end_vehicle(*vehicle, ended);
       for (Lamp* lamp : {vehicle->left, vehicle->right}) {
-        lamp->vehicle = nullptr;
-        lamp->records.clear();
+        if (!lamp) continue;
+        lamp->start_anew(frame.time);
         pairing_.forget(lamp);
       }
       vehicle->left = vehicle->right = nullptr;

@@ -27,9 +27,18 @@ LampSighting sighting_of(const LampRecord& record) {
   return sighting;
 }
 
-std::vector<LampRecord> all_records(const std::vector<LampRecord>& past, const Lamp* lamp) {
-  std::vector<LampRecord> records = past;
-  if (lamp) records.insert(records.end(), lamp->records.begin(), lamp->records.end());
+// In frame order: what a lamp was while the side was another's is not the vehicle's.
+std::vector<LampRecord> all_records(const std::vector<LampRecord>& past, const Lamp* lamp,
+                                    const std::optional<std::int64_t>& cut_after) {
+  std::vector<LampRecord> records;
+  const auto append = [&](const std::vector<LampRecord>& more) {
+    for (const LampRecord& record : more)
+      if ((records.empty() || record.frame > records.back().frame) &&
+          !(cut_after && record.frame > *cut_after))
+        records.push_back(record);
+  };
+  append(past);
+  if (lamp) append(lamp->records);
   return records;
 }
 
@@ -61,8 +70,12 @@ double slope_of(const std::vector<double>& times, const std::vector<double>& val
 // Fainter than the lamps of this scene by more than beams and weather explain.
 bool too_faint(const std::vector<double>& strengths, LampKind kind, const LightScale& lights,
                double allowed_ln) {
+  constexpr double kUnderTailLamps = 1.0;  // no headlamp is much weaker than tail lamps
   const std::optional<double> typical = lights.typical(kind);
-  return typical && median(strengths) < *typical - allowed_ln;
+  const std::optional<double> tail = lights.typical(LampKind::taillamp);
+  const double strength = median(strengths);
+  return (typical && strength < *typical - allowed_ln) ||
+         (kind == LampKind::headlamp && tail && strength < *tail - kUnderTailLamps);
 }
 
 // The lamps' colour says which way the vehicle faces; does its range clearly say the opposite?
@@ -83,6 +96,30 @@ bool motion_contradicts(const std::vector<PairLook>& looks, LampKind kind, const
   return closing_mps / kScaleDoubt - kSlow_mps > ego_mps;
 }
 
+// Before the pair was seen a lone lamp may have been another light: what is long before, or was of
+// another brightness, is left out unless the one blob held both lamps.
+void drop_strangers_before(std::vector<VehicleSighting>& sightings) {
+  constexpr double kShortlyBefore_s = 3.0, kMostStepLn = 1.0, kMemory = 0.3;
+  const auto is_pair = [](const VehicleSighting& one) { return one.left && one.right; };
+  const auto first = std::find_if(sightings.begin(), sightings.end(), is_pair);
+  if (first == sightings.end()) return;
+  const auto flux_ln = [](const LampSighting& lamp) { return std::log(std::max(lamp.flux, 1e-9)); };
+  double left_ln = flux_ln(*first->left), right_ln = flux_ln(*first->right);
+  auto keep_from = first;
+  for (; keep_from != sightings.begin(); --keep_from) {
+    const VehicleSighting& before = *(keep_from - 1);
+    const LampSighting& lamp = before.left ? *before.left : *before.right;
+    if (has(lamp.defects, Defect::merged)) continue;
+    double& then_ln = before.left ? left_ln : right_ln;
+    const double step_ln = flux_ln(lamp) - then_ln;
+    if (seconds_of(first->time) - seconds_of(before.time) > kShortlyBefore_s ||
+        std::abs(step_ln) > kMostStepLn)
+      break;
+    then_ln += kMemory * step_ln;
+  }
+  sightings.erase(sightings.begin(), keep_from);
+}
+
 bool beside_the_road(const std::vector<double>& laterals_m, const RoadView& view) {
   constexpr double kMargin_m = 2.0, kMarginShare = 0.25;
   const double lateral_m = median(laterals_m);
@@ -99,12 +136,24 @@ double strength_of(const Lamp& lamp) {
   return lamp.log_flux() - 2.0 * std::log(inverse_depth);
 }
 
+bool outshines(const Lamp& left, const Lamp& right, const Vehicle& other) {
+  constexpr double kEqualLn = 0.5;
+  const double more_ln = std::min(left.log_flux(), right.log_flux()) -
+                         std::min(other.left->log_flux(), other.right->log_flux());
+  if (std::abs(more_ln) > kEqualLn) return more_ln > 0.0;
+  const Eigen::Vector2d lower_px =
+      left.at_px() + right.at_px() - other.left->at_px() - other.right->at_px();
+  return lower_px.dot(left.place().down_px) > 0.0;
+}
+
 Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackOptions& options,
                       const LightScale& lights, VehicleTrack& track) {
-  const std::vector<LampRecord> left = all_records(vehicle.past_left, vehicle.left);
-  const std::vector<LampRecord> right = all_records(vehicle.past_right, vehicle.right);
+  const std::vector<LampRecord> left =
+      all_records(vehicle.past_left, vehicle.left, vehicle.cut_after);
+  const std::vector<LampRecord> right =
+      all_records(vehicle.past_right, vehicle.right, vehicle.cut_after);
   std::vector<PairLook> looks;
-  std::vector<double> laterals_m, strengths;
+  std::vector<double> laterals_m, strengths, reddish;
   track.sightings.clear();
   for (std::size_t i = 0, j = 0; i < left.size() || j < right.size();) {
     const bool use_left = j == right.size() || (i < left.size() && left[i].frame <= right[j].frame);
@@ -124,6 +173,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       looks.push_back({seconds_of(first.time), view.place(middle_px).slope_down,
                        fit.inverse_depth_per_m, fit.width_per_depth, middle_px});
       laterals_m.push_back(view.road_at(middle_px, fit.inverse_depth_per_m).lateral_m);
+      reddish.push_back(0.5 * (left[i].reddish + right[j].reddish));
       const double flux = std::min(left[i].sighting.flux, right[j].sighting.flux);
       strengths.push_back(std::log(std::max(flux, 1e-9)) - 2.0 * std::log(fit.inverse_depth_per_m));
     }
@@ -132,22 +182,43 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
     j += use_right;
   }
 
-  const int pairs_needed = std::max(3, options.min_sightings - 1);
-  if (static_cast<int>(track.sightings.size()) < options.min_sightings ||
+  drop_strangers_before(track.sightings);
+
+  // A camera that moves sees everything move: it takes longer to know a vehicle.
+  constexpr int kFewestPairs = 3, kFewestPairsMoving = 8;
+  constexpr double kLeastPairShareMoving = 0.3;
+  const int pairs_needed =
+      std::max(view.moving_sensor() ? kFewestPairsMoving : kFewestPairs, options.min_sightings - 1);
+  // Lamps that came apart may never have belonged together: it takes a long good part to tell.
+  constexpr int kFewestPairsOfCut = 20, kSurePairsOfCut = 50;
+  if (vehicle.came_apart && static_cast<int>(looks.size()) < kFewestPairsOfCut)
+    return Verdict::undecided;
+  const double pair_share = view.moving_sensor() ? kLeastPairShareMoving : kLeastPairShare;
+  if (track.sightings.empty() || static_cast<int>(track.sightings.size()) < options.min_sightings ||
       duration_s(track.sightings) < options.min_duration_s ||
       static_cast<int>(looks.size()) < pairs_needed)
     return Verdict::short_track;
-  if (vehicle.chi2 > kMostChi2 || too_faint(strengths, vehicle.kind, lights, kFaintPair) ||
-      static_cast<double>(looks.size()) <
-          kLeastPairShare * static_cast<double>(track.sightings.size()))
+  constexpr double kSecondShare = 0.4;
+  if (vehicle.second_on_body > kSecondShare * vehicle.both_seen) return Verdict::reflection;
+  if ((!vehicle.cut_after && vehicle.chi2 > kMostChi2) ||
+      too_faint(strengths, vehicle.kind, lights, kFaintPair) ||
+      static_cast<double>(looks.size()) < pair_share * static_cast<double>(track.sightings.size()))
     return Verdict::undecided;
   if (beside_the_road(laterals_m, view)) return Verdict::off_road;
 
   track.kind = vehicle.kind;
-  track.direction = vehicle.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;
-  track.single_lamp = false;
-  track.ambiguous_identity = vehicle.ambiguous;
   track.direction_contradicts = motion_contradicts(looks, vehicle.kind, view);
+  // Clipping whitens tail lamps; those of a vehicle ahead still do not come nearer.
+  if (view.moving_sensor() && track.direction_contradicts) {
+    constexpr double kReddish = 0.03;
+    if (vehicle.kind != LampKind::headlamp || median(reddish) < kReddish) return Verdict::undecided;
+    track.kind = LampKind::taillamp;
+    track.direction_contradicts = motion_contradicts(looks, track.kind, view);
+  }
+  track.direction = track.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;
+  track.single_lamp = false;
+  track.ambiguous_identity =
+      vehicle.ambiguous || (vehicle.came_apart && static_cast<int>(looks.size()) < kSurePairsOfCut);
   return Verdict::vehicle;
 }
 
@@ -161,7 +232,9 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   if (lamp.mirrored.share() > kShare || lamp.on_vehicle.share() > kShare)
     return Verdict::reflection;
   if (lamp.fixed || lamp.above.share() > kShare) return Verdict::static_light;
-  if (lamp.kind() == LampKind::other || lamp.lived_s() < options.min_single_lamp_s)
+  constexpr double kRedShare = 0.5;
+  if (lamp.kind() == LampKind::other || lamp.lived_s() < options.min_single_lamp_s ||
+      lamp.was_paired || (lamp.kind() == LampKind::headlamp && lamp.red.share() > kRedShare))
     return Verdict::undecided;
 
   std::vector<double> times_s, along_m, laterals_m, doubts, strengths;
@@ -206,6 +279,7 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   track.direction_contradicts = track.direction == Direction::oncoming
                                     ? closing_mps + kSlow_mps < ego_mps
                                     : closing_mps - kSlow_mps > ego_mps;
+  if (view.moving_sensor() && track.direction_contradicts) return Verdict::undecided;
   return Verdict::vehicle;
 }
 

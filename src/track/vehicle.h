@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -21,6 +22,12 @@ struct Vehicle {
   double inverse_depth_per_m = 0.0;
   double width_per_depth = 0.0;
   Eigen::Vector2d from_left_px;  ///< last vector from the left lamp to the right one
+  std::int64_t last_both = 0;    ///< frame in which both lamps were last seen
+  CameraTime last_both_time;
+  std::int64_t last_good = 0;  ///< frame in which the pair last looked like one vehicle
+  int second_on_body = 0;      ///< frames as the lesser pair of a vehicle with a better one
+  std::optional<std::int64_t> cut_after;  ///< last frame before it was no longer one vehicle
+  bool came_apart = false;                ///< that is why it was cut
   bool ambiguous = false;
   bool told_strength = false;  ///< has been entered in the LightScale
 
@@ -29,6 +36,11 @@ struct Vehicle {
 
 /// ln(flux x depth^2) of a lamp now, with the depth of its vehicle where it has one.
 double strength_of(const Lamp& lamp);
+
+/// Of two pairs on one body the brighter one is the vehicle's, and of equal ones the lower: roof
+/// and side lights, and their own reflections, do not outshine the lamps. `other` needs both its
+/// lamps.
+bool outshines(const Lamp& left, const Lamp& right, const Vehicle& other);
 
 enum class Verdict { vehicle, short_track, static_light, reflection, off_road, undecided };
 

@@ -20,6 +20,10 @@ struct Car {
   LampKind kind = LampKind::headlamp;
   double separation_m = 1.25, height_m = 0.68;
   bool single = false;
+  double power = 1.0;        ///< of each lamp, of a headlamp's
+  double left_power = 1.0;   ///< of the left lamp beside the right one's
+  double cr = 0.0;           ///< colour of the rim
+  double turns_red_s = 1e9;  ///< from then on a dim red light
   std::vector<std::pair<double, double>> hidden_s;
   double stops_at_s = 1e9, starts_again_s = 1e9;
 
@@ -93,6 +97,7 @@ struct Light {
   Eigen::Vector2d at_px;
   double flux, radius_px;
   LampKind kind;
+  double cr;
   int owner;  ///< car, or -1 street lamp, -2 mirror image, -3 clutter, kSeveral
 };
 
@@ -100,7 +105,7 @@ inline std::vector<Light> lights_at(const Scene& scene, const Camera& camera, do
   std::vector<Light> lights;
   const double ego_m = scene.site.ego ? scene.site.ego->speed_mps.mean * t_s : 0.0;
   const double camera_height_m = scene.site.camera->position_m[2].mean;
-  const auto shine = [&](Eigen::Vector3d at_m, double power, LampKind kind, int owner) {
+  const auto shine = [&](Eigen::Vector3d at_m, double power, LampKind kind, double cr, int owner) {
     at_m.x() -= ego_m;
     if (at_m.x() < 2.5) return;
     for (const bool mirror : {false, true}) {
@@ -113,20 +118,24 @@ inline std::vector<Light> lights_at(const Scene& scene, const Camera& camera, do
         continue;
       const double distance_m = std::hypot(at_m.x(), at_m.y(), at_m.z() - camera_height_m);
       lights.push_back({*pixel, power * (mirror ? 0.15 : 1.0) * 4e5 / (distance_m * distance_m),
-                        1.5 + 0.08 * camera.focal_px() / distance_m, kind, mirror ? -2 : owner});
+                        1.5 + 0.08 * camera.focal_px() / distance_m, kind, cr,
+                        mirror ? -2 : owner});
     }
   };
   for (std::size_t c = 0; c < scene.cars.size(); ++c) {
     const Car& car = scene.cars[c];
     if (car.hidden(t_s)) continue;
-    const double power = car.kind == LampKind::taillamp ? 0.3 : 1.0;
+    const double power = car.power * (car.kind == LampKind::taillamp ? 0.3 : 1.0);
+    const bool red = t_s >= car.turns_red_s;
     for (const double side : {-0.5, 0.5}) {
       const double y_m = car.y_m + (car.single ? 0.0 : side * car.separation_m);
-      shine({car.place_m(t_s), y_m, car.height_m}, power, car.kind, static_cast<int>(c));
+      shine({car.place_m(t_s), y_m, car.height_m}, power * (side > 0.0 ? car.left_power : 1.0),
+            red ? LampKind::other : car.kind, red ? 0.12 : car.cr, static_cast<int>(c));
       if (car.single) break;
     }
   }
-  for (const Eigen::Vector3d& lamp : scene.street_lamps) shine(lamp, 2.0, LampKind::headlamp, -1);
+  for (const Eigen::Vector3d& lamp : scene.street_lamps)
+    shine(lamp, 2.0, LampKind::headlamp, 0.0, -1);
   return lights;
 }
 
@@ -175,6 +184,7 @@ inline Outcome run(const Scene& scene, TrackOptions options = {}) {
                         random.uniform(20.0, 300.0),
                         1.5,
                         LampKind::headlamp,
+                        0.0,
                         -3});
     const Eigen::Vector2d shake_px(random.normal(0.0, scene.shake_px),
                                    random.normal(0.0, scene.shake_px));
@@ -197,6 +207,7 @@ inline Outcome run(const Scene& scene, TrackOptions options = {}) {
                   static_cast<int>(blob.centre_px.x() + light.radius_px),
                   static_cast<int>(blob.centre_px.y() + light.radius_px)};
       blob.kind = light.kind;
+      blob.cr = light.cr;
       frame.blobs.push_back(blob);
       owner_of_blob.push_back(light.owner);
       owners[k].emplace_back(blob.centre_px, light.owner);

@@ -220,6 +220,72 @@ TEST(TrackScene, NothingButStreetLampsAndClutterIsNoVehicle) {
   }
 }
 
+TEST(TrackScene, NoRedLampInAnOncomingTrack) {
+  Scene made = dashcam(14.0);
+  made.cars = {car(110, 3.6, -8)};
+  made.cars[0].turns_red_s = 2.4;
+  const auto outcome = scene::run(made);
+  ASSERT_FALSE(outcome.tracks.empty());
+  const std::int64_t red_from = 60;
+  for (const VehicleTrack& track : outcome.tracks)
+    EXPECT_LE(track.sightings.back().frame, red_from);
+}
+
+TEST(TrackScene, LightsThatComeApartAreNotOneVehicle) {
+  Scene made = mast();
+  made.cars = {car(90, -3.4, -12), car(90, -4.6, -12)};  // two motorcycles abreast
+  for (Car& one : made.cars) one.single = true;
+  made.cars[1].stops_at_s = 3.0;
+  made.duration_s = 6.0;
+  const auto outcome = scene::run(made);
+  const std::int64_t twice_as_far_apart = 75 + 5;  // 2.4 m at 12 m/s and 25 Hz
+  for (const VehicleTrack& track : outcome.tracks)
+    for (const VehicleSighting& sighting : track.sightings)
+      EXPECT_FALSE(sighting.left && sighting.right && sighting.frame > twice_as_far_apart)
+          << "track " << track.id << " frame " << sighting.frame;
+}
+
+TEST(TrackScene, BusIsItsHeadlampsNotItsRoofLights) {
+  Scene made = tower();
+  made.cars = {car(75, -4, -8), car(75, -4, -8)};
+  made.cars[0].separation_m = 1.9;
+  made.cars[0].hidden_s = {{0.0, 1.0}};  // behind another vehicle; the roof is seen first
+  made.cars[1].height_m = 2.9;
+  made.cars[1].power = 0.4;
+  made.duration_s = 7.0;
+  const auto outcome = scene::run(made);
+  EXPECT_EQ(outcome.tracks_of(0), 1);
+  EXPECT_GE(outcome.recall(0), 0.9);
+  EXPECT_EQ(outcome.tracks_of(1), 0);
+}
+
+TEST(TrackScene, LampsOfVeryUnequalLightAreNoPair) {
+  Scene made = mast();
+  made.cars = {car(80, -4, -15)};
+  made.cars[0].left_power = 0.05;
+  const auto outcome = scene::run(made);
+  for (const VehicleTrack& track : outcome.tracks) EXPECT_TRUE(track.single_lamp);
+}
+
+TEST(TrackScene, WhitenedTailLampsAheadOfADashcamRecede) {
+  Scene made = dashcam(12.0);
+  made.cars = {car(22, 0, 12.5)};
+  made.cars[0].cr = 0.045;
+  made.duration_s = 6.0;
+  const auto outcome = scene::run(made);
+  ASSERT_EQ(outcome.tracks.size(), 1U);
+  EXPECT_EQ(outcome.tracks[0].kind, LampKind::taillamp);
+  EXPECT_EQ(outcome.tracks[0].direction, Direction::receding);
+  EXPECT_FALSE(outcome.tracks[0].direction_contradicts);
+}
+
+TEST(TrackScene, WhiteLightsThatKeepAheadOfADashcamAreNoOncomingVehicle) {
+  Scene made = dashcam(12.0);
+  made.cars = {car(22, 0, 12.5)};
+  made.duration_s = 6.0;
+  EXPECT_TRUE(scene::run(made).tracks.empty());
+}
+
 // Overtaking with a long time out of sight of both: whatever is reported is pure or says its doubt.
 TEST(TrackScene, NeverSwapsInSilence) {
   int impure = 0, tracks = 0;
