@@ -16,6 +16,8 @@ constexpr int kNotJoined = -1;
 constexpr double kNeckShare = 0.7;
 /// The same against an area whose own lights are already taken out: what joins it is lost.
 constexpr double kNeckShareOfRest = 0.95;
+/// Pixels of one bright area that are looked at.
+constexpr int kMostPixels = 2500;
 
 /// Whether a peak of height `top` stands clear of a valley of height `valley`.
 bool stands_clear(int top, int valley, int clip_code, int least_valley_codes, double neck_share) {
@@ -108,8 +110,24 @@ void PeakFinder::sort_by_height() {
   for (int node = 0; node < n; ++node) order_[place_[most - nodes_[node].height]++] = node;
 }
 
+int PeakFinder::floor_code(const LumaView& luma, std::span<const int> run_indices,
+                           const std::vector<PixelRun>& runs, int threshold_code,
+                           const PeakRules& rules) {
+  int left = 0;
+  for (const int index : run_indices) left += runs[index].u_end - runs[index].u_begin;
+  if (left <= kMostPixels) return threshold_code;
+  histogram_.assign(std::size_t{1} << luma.bit_depth, 0);
+  for (const int index : run_indices)
+    for (int u = runs[index].u_begin; u < runs[index].u_end; ++u)
+      ++histogram_[luma.code(u, runs[index].v)];
+  const int plateau_code = rules.clip_code - rules.least_valley_codes / 2;
+  int floor = threshold_code;
+  while (left > kMostPixels && floor < plateau_code) left -= histogram_[floor++];
+  return floor;
+}
+
 void PeakFinder::load(const LumaView& luma, std::span<const int> run_indices,
-                      const std::vector<PixelRun>& runs, const PeakRules& rules) {
+                      const std::vector<PixelRun>& runs, int floor_code, const PeakRules& rules) {
   PixelBox box{luma.width_px, luma.height_px, -1, -1};
   for (const int index : run_indices) {
     const PixelRun& run = runs[index];
@@ -130,8 +148,9 @@ void PeakFinder::load(const LumaView& luma, std::span<const int> run_indices,
   for (const int index : run_indices) {
     const PixelRun& run = runs[index];
     for (int u = run.u_begin; u < run.u_end; ++u) {
-      const int node = static_cast<int>(at_.size());
       const int code = luma.code(u, run.v);
+      if (code < floor_code) continue;
+      const int node = static_cast<int>(at_.size());
       const bool plateau = code >= plateau_code;
       has_plateau |= plateau;
       const int cell = (run.v - box.v_min + 1) * grid_width_ + u - box.u_min + 1;
@@ -171,7 +190,8 @@ int PeakFinder::join(int mine, int theirs, int height, const PeakRules& rules) {
 void PeakFinder::add(const LumaView& luma, std::span<const int> run_indices,
                      const std::vector<PixelRun>& runs, int threshold_code,
                      const PeakRules& rules) {
-  load(luma, run_indices, runs, rules);
+  const int floor = floor_code(luma, run_indices, runs, threshold_code, rules);
+  load(luma, run_indices, runs, floor, rules);
   sort_by_height();
   const int row = grid_width_;
   const std::array<int, 8> around = {-1, 1, -row, row, -row - 1, -row + 1, row - 1, row + 1};
@@ -187,8 +207,9 @@ void PeakFinder::add(const LumaView& luma, std::span<const int> run_indices,
       if (theirs != mine) mine = join(mine, theirs, height, rules);
     }
   }
-  const int last = root_of(0);
-  if (!nodes_[last].closed) close(last, threshold_code - 1, false, rules);
+  // One set is left, or several where the floor has parted the area.
+  for (const int node : order_)
+    if (root_of(node) == node && !nodes_[node].closed) close(node, floor - 1, false, rules);
 }
 
 }  // namespace vildar

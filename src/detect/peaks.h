@@ -39,7 +39,8 @@ struct PeakRules {
 /// Splits bright areas into lights by a component tree: pixels join in falling order of code, and
 /// two areas that meet in a valley deep below both their peaks stay apart. Inside a clipped area
 /// the distance to its rim goes on where the code stops, so that two discs joined by a neck part as
-/// well.
+/// well. Of a wide area (lit road) only its brightest few thousand pixels are looked at, and all
+/// that clip: the cost is that of the lights, not of what they shine on.
 class PeakFinder {
  public:
   /// Appends the lights of one bright area to peaks().
@@ -60,7 +61,9 @@ class PeakFinder {
     bool closed;  // holds lights already taken out
   };
   void load(const LumaView& luma, std::span<const int> run_indices,
-            const std::vector<PixelRun>& runs, const PeakRules& rules);
+            const std::vector<PixelRun>& runs, int floor_code, const PeakRules& rules);
+  int floor_code(const LumaView& luma, std::span<const int> run_indices,
+                 const std::vector<PixelRun>& runs, int threshold_code, const PeakRules& rules);
   int root_of(int node);
   int join(int mine, int theirs, int height, const PeakRules& rules);
   void close(int root, int valley_code, bool split, const PeakRules& rules);
@@ -77,6 +80,7 @@ class PeakFinder {
   std::vector<int> cells_;  // of each node in the grid
   std::vector<int> grid_;   // padded box: node + 1, or 0
   int grid_width_ = 0;
+  std::vector<int> histogram_;  // pixels of the area by code
 };
 
 }  // namespace vildar
