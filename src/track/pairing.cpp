@@ -245,7 +245,12 @@ void Pairing::join(Evidence& pair, Vehicles& vehicles, std::int64_t frame) {
   if (vehicle) {  // the lost lamp must have stood on the side where the new one is
     const bool fits =
         vehicle->left == left ? !vehicle->right : vehicle->right == right && !vehicle->left;
-    if (!fits || (pair.a->vehicle && pair.b->vehicle)) return;
+    constexpr double kMostStretch = 1.4;
+    const double stretch = pair.width_per_depth / pair.inverse_depth_per_m /
+                           (vehicle->width_per_depth / vehicle->inverse_depth_per_m);
+    if (!fits || (pair.a->vehicle && pair.b->vehicle) || stretch > kMostStretch ||
+        stretch < 1.0 / kMostStretch)
+      return;
   } else {
     const Eigen::Vector2d middle_px = 0.5 * (left->at_px() + right->at_px());
     for (const auto& other : vehicles)
@@ -270,7 +275,7 @@ void Pairing::join(Evidence& pair, Vehicles& vehicles, std::int64_t frame) {
 }
 
 void Pairing::refresh(Vehicles& vehicles, std::int64_t frame, CameraTime time) {
-  constexpr double kLongestAlone_s = 1.0, kCrossed_px = 2.0;
+  constexpr double kShortlyAlone_s = 1.0, kLongestAlone_s = 4.0, kCrossed_px = 2.0;
   constexpr std::int64_t kNoticed = 6;  // frames it takes to see that a lamp has changed
   for (const auto& vehicle : vehicles) {
     Lamp* left = vehicle->left;
@@ -294,8 +299,12 @@ void Pairing::refresh(Vehicles& vehicles, std::int64_t frame, CameraTime time) {
         vehicle->cut_after = vehicle->last_good;
         vehicle->came_apart = true;
       }
-    } else if (seconds_of(time) - seconds_of(vehicle->last_both_time) > kLongestAlone_s) {
-      vehicle->cut_after = vehicle->last_both;
+    } else {
+      const double alone_s = seconds_of(time) - seconds_of(vehicle->last_both_time);
+      const Lamp* lone = left ? left : right;
+      if (alone_s > kLongestAlone_s ||
+          (alone_s > kShortlyAlone_s && lone && has_changed(*lone, vehicle->kind)))
+        vehicle->cut_after = vehicle->last_both;
     }
     if (left && right) vehicle->from_left_px = right->at_px() - left->at_px();
     if (!both) continue;

@@ -120,6 +120,19 @@ void drop_strangers_before(std::vector<VehicleSighting>& sightings) {
   sightings.erase(sightings.begin(), keep_from);
 }
 
+// A lamp left alone for long has lost what shows that it is still the vehicle's.
+void drop_lone_tail(std::vector<VehicleSighting>& sightings) {
+  constexpr double kShortlyAfter_s = 1.0;
+  const auto last = std::find_if(sightings.rbegin(), sightings.rend(),
+                                 [](const auto& one) { return one.left && one.right; });
+  if (last == sightings.rend()) return;
+  const double until_s = seconds_of(last->time) + kShortlyAfter_s;
+  std::erase_if(sightings, [&](const auto& one) {
+    const LampSighting& lamp = one.left ? *one.left : *one.right;
+    return seconds_of(one.time) > until_s && !has(lamp.defects, Defect::merged);
+  });
+}
+
 bool beside_the_road(const std::vector<double>& laterals_m, const RoadView& view) {
   constexpr double kMargin_m = 2.0, kMarginShare = 0.25;
   const double lateral_m = median(laterals_m);
@@ -183,6 +196,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   }
 
   drop_strangers_before(track.sightings);
+  drop_lone_tail(track.sightings);
 
   // A camera that moves sees everything move: it takes longer to know a vehicle.
   constexpr int kFewestPairs = 3, kFewestPairsMoving = 8;

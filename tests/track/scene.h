@@ -25,6 +25,7 @@ struct Car {
   double cr = 0.0;           ///< colour of the rim
   double turns_red_s = 1e9;  ///< from then on a dim red light
   std::vector<std::pair<double, double>> hidden_s;
+  double left_hidden_from_s = 1e9, left_hidden_to_s = 1e9;  ///< that lamp alone
   double stops_at_s = 1e9, starts_again_s = 1e9;
 
   double place_m(double t_s) const {
@@ -128,6 +129,7 @@ inline std::vector<Light> lights_at(const Scene& scene, const Camera& camera, do
     const double power = car.power * (car.kind == LampKind::taillamp ? 0.3 : 1.0);
     const bool red = t_s >= car.turns_red_s;
     for (const double side : {-0.5, 0.5}) {
+      if (side > 0.0 && t_s >= car.left_hidden_from_s && t_s < car.left_hidden_to_s) continue;
       const double y_m = car.y_m + (car.single ? 0.0 : side * car.separation_m);
       shine({car.place_m(t_s), y_m, car.height_m}, power * (side > 0.0 ? car.left_power : 1.0),
             red ? LampKind::other : car.kind, red ? 0.12 : car.cr, static_cast<int>(c));

@@ -286,6 +286,27 @@ TEST(TrackScene, WhiteLightsThatKeepAheadOfADashcamAreNoOncomingVehicle) {
   EXPECT_TRUE(scene::run(made).tracks.empty());
 }
 
+TEST(TrackScene, OneLampHiddenForAWhileDoesNotSplitTheTrack) {
+  Scene made = mast();
+  made.cars = {car(90, -4, -14)};
+  made.cars[0].left_hidden_from_s = 1.5;
+  made.cars[0].left_hidden_to_s = 3.0;
+  const auto outcome = scene::run(made);
+  expect_each_car_once(outcome, 1, 0.9);
+}
+
+TEST(TrackScene, ALampLeftAloneForLongIsNotTheVehicleAnyMore) {
+  Scene made = mast();
+  made.cars = {car(110, -4, -14)};
+  made.cars[0].left_hidden_from_s = 2.0;
+  made.duration_s = 6.0;
+  const auto outcome = scene::run(made);
+  ASSERT_FALSE(outcome.tracks.empty());
+  const std::int64_t one_second_later = 75;
+  EXPECT_FALSE(outcome.tracks[0].single_lamp);
+  EXPECT_LE(outcome.tracks[0].sightings.back().frame, one_second_later);
+}
+
 // Overtaking with a long time out of sight of both: whatever is reported is pure or says its doubt.
 TEST(TrackScene, NeverSwapsInSilence) {
   int impure = 0, tracks = 0;
