@@ -3,8 +3,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "estimate/power_least_squares.h"
 #include "estimate/power_estimators.h"
+#include "estimate/power_least_squares.h"
 #include "estimate/power_start.h"
 
 namespace vildar {
@@ -72,6 +72,13 @@ PowerOutcome fit(const PowerProblem& problem, double huber_sigma) {
   for (const PowerParameter p : free) (problem.known[p] ? priors : unknowns) += 1.0;
   const double degrees = static_cast<double>(samples.time_s.size()) - unknowns;
   int iterations = 0;
+  // Blocks mislead where the light changes much within one; then single samples start better.
+  constexpr double kBadFit = 2.0;  // chi-square per degree of freedom
+  if (squares.cost_at(minimum.value).cost > 0.5 * kBadFit * degrees) {
+    const auto other = power_start_by_samples(samples, problem.known, problem.setting);
+    if (other && squares.cost_at(*other).cost < squares.cost_at(minimum.value).cost)
+      minimum.value = *other;
+  }
   // Where the noise is taken from the residuals, a second round uses what the first one left.
   for (int round = 0; round < (samples.noise_known ? 1 : 2); ++round) {
     if (round > 0) {

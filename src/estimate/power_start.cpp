@@ -178,6 +178,12 @@ std::variant<PowerVector, PowerRefusal> power_start(const PowerSamples& samples,
       if (known[kPowerRange] && !(known[kPowerRange]->std > 0.0))
         value[kPowerRange] = known[kPowerRange]->mean;
       const auto minimum = squares.minimise(value, alone ? 4 : kIterations);
+      // Behind the cross-line all the time is a mirror image, on a curve another road.
+      const auto along_m = [&](double t_s) {
+        return minimum.value[kPowerRange] -
+               t_s * (minimum.value[kPowerSpeed] + 0.5 * t_s * minimum.value[kPowerAcceleration]);
+      };
+      if (!(along_m(blocks.time_s.front()) > 0.0 || along_m(blocks.time_s.back()) > 0.0)) continue;
       if (!(minimum.at.cost < least)) continue;
       least = minimum.at.cost;
       best = minimum.value;
@@ -186,6 +192,22 @@ std::variant<PowerVector, PowerRefusal> power_start(const PowerSamples& samples,
     return PowerRefusal{Miss::outside_model,
                         "the power is greater than the law gives anywhere at this d and K"};
   return best;
+}
+
+std::optional<PowerVector> power_start_by_samples(const PowerSamples& samples,
+                                                  const PowerKnowledge& known,
+                                                  const PowerSetting& setting) {
+  PowerVector value = PowerVector::Zero();
+  for (const PowerParameter p :
+       {kPowerLogGain, kPowerPerpendicular, kPowerExponent, kPowerAcceleration, kPowerRadius}) {
+    if (known[p])
+      value[p] = known[p]->mean;
+    else if (p != kPowerAcceleration && (p != kPowerRadius || setting.curved))
+      return std::nullopt;
+  }
+  if (!fit_path(samples, 0, samples.time_s.size(), 1.0, setting, known[kPowerSpeed], value))
+    return std::nullopt;
+  return value;
 }
 
 }  // namespace vildar

@@ -12,4 +12,11 @@ std::variant<PowerVector, PowerRefusal> power_start(const PowerSamples& samples,
                                                     const PowerKnowledge& known,
                                                     const PowerSetting& setting);
 
+/// The line through the path lengths that every single sample implies, weighted: right where the
+/// light changes much within a block, poor where the noise is great. Nothing where K, d, gamma or
+/// r_c are not known, or too few samples lie in the law's domain.
+std::optional<PowerVector> power_start_by_samples(const PowerSamples& samples,
+                                                  const PowerKnowledge& known,
+                                                  const PowerSetting& setting);
+
 }  // namespace vildar

@@ -52,7 +52,7 @@ Report curved_duration(const Options& options) {
     }
     const auto scores = score_cases(cases, options, cosine ? 9 : 10);
     add_figures("curved-duration-" + cosine_tag(cosine),
-                "Curved road, estimation duration, and radar/lidar",
+                "Curved road, estimation duration, and radar/lidar, " + cosine_tag(cosine),
                 "Speed estimation accuracy compared to radar/lidar for different estimation "
                 "durations, curved road; " +
                     cosine_words(cosine) + ", SNR " + number_text(options.snr_db) +
@@ -82,12 +82,12 @@ Report curved_snr(const Options& options) {
       pass.sigma_w = sigma_of(snr_db, options.snr_kind, power_at_start_w(pass));
     }
     const auto scores = score_cases(cases, options, cosine ? 11 : 12);
-    add_figures("curved-snr-" + cosine_tag(cosine), "Curved road, initial SNR",
-                "Speed estimation accuracy versus time for different initial SNR values, curved "
-                "road; " +
-                    cosine_words(cosine) + ", window " + number_text(options.curve_duration_s) +
-                    " s.",
-                cases, scores, report);
+    add_figures(
+        "curved-snr-" + cosine_tag(cosine), "Curved road, initial SNR, " + cosine_tag(cosine),
+        "Speed estimation accuracy versus time for different initial SNR values, curved "
+        "road; " +
+            cosine_words(cosine) + ", window " + number_text(options.curve_duration_s) + " s.",
+        cases, scores, report);
     for (std::size_t i = 0; i < cases.size(); ++i)
       report.findings.push_back(
           {"accuracy of the first window, " + cases[i].label + ", " + cosine_tag(cosine),

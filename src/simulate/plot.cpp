@@ -1,7 +1,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iomanip>
 #include <limits>
+#include <locale>
+#include <sstream>
 
 #include "core/text.h"
 #include "simulate/figure.h"
@@ -69,8 +72,16 @@ struct Axis {
     const double share = rough / decade;
     const double step = decade * (share < 1.5 ? 1.0 : share < 3.5 ? 2.0 : share < 7.5 ? 5.0 : 10.0);
     for (double i = std::ceil(low / step - 1e-9); i <= std::floor(high / step + 1e-9); i += 1.0)
-      at.push_back(i == 0.0 ? 0.0 : std::round(i * step / decade * 100.0) / 100.0 * decade);
+      at.push_back(i == 0.0 ? 0.0 : i * step);
     return at;
+  }
+
+  // Nine digits hide the rounding of the steps.
+  static std::string label(double value) {
+    std::ostringstream text;
+    text.imbue(std::locale::classic());
+    text << std::setprecision(9) << value;
+    return text.str();
   }
 };
 
@@ -87,7 +98,8 @@ std::string curve(const Series& series, const Axis& x, const Axis& y) {
     const double px = kLeft + x.share(series.x[i]) * kPlotWidth;
     const double py = kTop + (1.0 - std::clamp(y.share(series.y[i]), -2.0, 3.0)) * kPlotHeight;
     if (series.dots)
-      dots += "<circle cx=\"" + number(px) + "\" cy=\"" + number(py) + "\" r=\"1.4\"/>";
+      dots += "<circle cx=\"" + number(px) + "\" cy=\"" + number(py) + "\" r=\"" +
+              (series.x.size() > 100 ? "1.4" : "3") + "\"/>";
     else
       path += (down ? "L" : "M") + number(px) + " " + number(py);
     down = true;
@@ -124,12 +136,12 @@ std::string svg_of(const Figure& figure) {
   for (const double value : y.ticks()) {
     const double at = kTop + (1.0 - y.share(value)) * kPlotHeight;
     svg += line_at(kLeft, at, right, at, "stroke=\"#dddddd\"");
-    svg += text_at(kLeft - 7, at + 4, "end", "", number_text(value));
+    svg += text_at(kLeft - 7, at + 4, "end", "", Axis::label(value));
   }
   for (const double value : x.ticks()) {
     const double at = kLeft + x.share(value) * kPlotWidth;
     svg += line_at(at, kTop, at, bottom, "stroke=\"#eeeeee\"");
-    svg += text_at(at, bottom + 18, "middle", "", number_text(value));
+    svg += text_at(at, bottom + 18, "middle", "", Axis::label(value));
   }
   svg += "<clipPath id=\"" + figure.name + "\"><rect x=\"" + number(kLeft) + "\" y=\"" +
          number(kTop) + "\" width=\"" + number(kPlotWidth) + "\" height=\"" + number(kPlotHeight) +

@@ -1,5 +1,7 @@
 #include "simulate/series.h"
 
+#include <algorithm>
+
 namespace vildar::simulate {
 namespace {
 
@@ -37,8 +39,6 @@ Figure accuracy_figure(const std::vector<Case>& cases, const std::vector<PassSco
   Figure figure = axes(against);
   figure.y_title = "estimation accuracy in %";
   figure.y_column = "accuracy_percent";
-  figure.y_low = 50.0;
-  figure.y_high = 102.0;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const int colour = static_cast<int>(i);
     figure.series.push_back({"paper LS, " + cases[i].label, x_of(scores[i], against),
@@ -47,6 +47,12 @@ Figure accuracy_figure(const std::vector<Case>& cases, const std::vector<PassSco
       figure.series.push_back({"ML, " + cases[i].label, ml_x_of(scores[i], against),
                                scores[i].ml_accuracy_percent, colour, true});
   }
+  // The whole scale where the accuracy falls, a close look where it does not.
+  double least = 100.0;
+  for (const PassScores& one : scores)
+    for (const double accuracy : one.accuracy_percent) least = std::min(least, accuracy);
+  figure.y_low = least > 98.5 ? 98.0 : least > 85.0 ? 80.0 : 50.0;
+  figure.y_high = 100.0 + 0.04 * (100.0 - *figure.y_low);
   return figure;
 }
 

@@ -63,7 +63,7 @@ Report straight_duration(const Options& options) {
     }
     const auto scores = score_cases(cases, options, cosine ? 1 : 2);
     add_figures("straight-duration-" + cosine_tag(cosine),
-                "Straight road, estimation duration, and radar/lidar",
+                "Straight road, estimation duration, and radar/lidar, " + cosine_tag(cosine),
                 "Speed estimation accuracy compared to radar/lidar for different estimation "
                 "durations; " +
                     cosine_words(cosine) + ", SNR " + shown(options.snr_db) + " dB.",
@@ -91,7 +91,8 @@ Report straight_snr(const Options& options) {
       pass.sigma_w = sigma_of(snr_db, options.snr_kind, power_at_start_w(pass));
     }
     const auto scores = score_cases(cases, options, cosine ? 3 : 4);
-    add_figures("straight-snr-" + cosine_tag(cosine), "Straight road, initial SNR",
+    add_figures("straight-snr-" + cosine_tag(cosine),
+                "Straight road, initial SNR, " + cosine_tag(cosine),
                 "Speed estimation accuracy for different initial SNR values; " +
                     cosine_words(cosine) + ", window " + shown(options.duration_s) + " s.",
                 cases, scores, report);
@@ -110,7 +111,7 @@ Report straight_speed(const Options& options) {
   for (const bool cosine : cosine_readings(options)) {
     Figure figure;
     figure.name = "straight-speed-" + cosine_tag(cosine);
-    figure.title = "Straight road, actual speed";
+    figure.title = "Straight road, actual speed, " + cosine_tag(cosine);
     figure.caption = "Accuracy of the first window against its length for different speeds; " +
                      cosine_words(cosine) + ", SNR " + shown(options.snr_db) + " dB.";
     figure.x_title = "estimation duration in s";
@@ -127,7 +128,7 @@ Report straight_speed(const Options& options) {
         Pass pass = straight_pass(options, cosine);
         pass.speed_mps = speed_mps;
         pass.duration_s = duration_s;
-        if (speed_mps * duration_s >= options.start_range_m) break;
+        if (speed_mps * duration_s > 0.9 * options.start_range_m) break;
         const PassScores scores = score_pass(pass, options,
                                              5000 + 100 * static_cast<std::uint64_t>(colour) +
                                                  static_cast<std::uint64_t>(1e3 * duration_s),

@@ -151,6 +151,42 @@ TEST(PowerEstimators, UnknownsAreFoundWhereTheWindowShowsThem) {
   }
 }
 
+// From the start of the arc, where a receding mirror image on the far side fits as well, to the
+// sensor itself, where the light grows without bound within a block of samples.
+TEST(PowerEstimators, CurvedRoadFromStartToEnd) {
+  constexpr int kTrials = 200;
+  constexpr double kSlack = 4.0 / 20.0;  // four sigmas of an RMSE
+  Random random(21);
+  const double at_start_w = std::pow(80.0 * std::sin(0.25 * kPi), -kExponent);
+  for (const auto& [beta_rad, snr_db] :
+       {std::pair{0.5 * kPi, 35.0}, {0.8, 30.0}, {0.3, 30.0}, {0.1005, 30.0}}) {
+    PowerVector truth = straight_truth(40.0 * beta_rad);
+    truth[kPowerSpeed] = 40.0;
+    truth[kPowerPerpendicular] = 0.0;
+    Samples clean;
+    for (int i = 0; i < 100; ++i) {
+      clean.time_s.push_back(i * 1e-3);
+      clean.power_w.push_back(std::pow(80.0 * std::sin(0.5 * (beta_rad - i * 1e-3)), -kExponent));
+    }
+    const double sigma = at_start_w * std::pow(10.0, -snr_db / 20.0);
+    PowerProblem problem = straight_problem(clean, 0.0, sigma);
+    problem.setting.curved = true;
+    problem.known[kPowerPerpendicular] = Uncertain{0.0, 0.0};
+    problem.known[kPowerRadius] = Uncertain{40.0, 0.0};
+    const auto bound = std::get<PowerMatrix>(
+        power_bound(clean.time_s, sigma, truth, problem.known, problem.setting));
+    double sum2 = 0.0;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      const std::vector<double> power = with_noise(clean.power_w, sigma, random);
+      problem.power_w = power;
+      const PowerOutcome outcome = estimate_power(problem, PowerMethod::max_likelihood);
+      sum2 += std::pow(value_of(outcome).speed_mps() - 40.0, 2.0);
+    }
+    EXPECT_NEAR(std::sqrt(sum2 / kTrials / bound(kPowerSpeed, kPowerSpeed)), 1.0, kSlack)
+        << "beta " << beta_rad;
+  }
+}
+
 TEST(PowerEstimators, TheTimeReversedPassHasTheOppositeSpeed) {
   const double sigma = sigma_w(40.0);
   Samples samples = straight_window(kWindows[0], 0.0);

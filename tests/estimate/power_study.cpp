@@ -145,7 +145,8 @@ TEST(PowerStudy, CurvedRoadReachesTheBoundWhereThePaperDoesNot) {
                   ratio[0], ratio[1], ratio[2]);
       EXPECT_LT(ratio[1], 1.05 + 2.0 * kRatioError);
       EXPECT_LT(ratio[2], 1.05 + 2.0 * kRatioError);
-      if (beta_rad < 0.4 && cosine == 0.0) EXPECT_NEAR(ratio[0], 2.7, 0.15);
+      // Very sensitive to where the window ends: a sample more or less is several percent.
+      if (beta_rad < 0.4 && cosine == 0.0) EXPECT_NEAR(ratio[0] / 2.7, 1.0, 0.1);
     }
 }
 
