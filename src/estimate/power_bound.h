@@ -15,4 +15,12 @@ std::variant<PowerMatrix, PowerRefusal> power_bound(std::span<const double> time
                                                     const PowerKnowledge& known,
                                                     const PowerSetting& setting);
 
+/// The same with one sigma for each sample. Throws std::invalid_argument for spans of different
+/// length.
+std::variant<PowerMatrix, PowerRefusal> power_bound(std::span<const double> time_s,
+                                                    std::span<const double> sigma_w,
+                                                    const PowerVector& truth,
+                                                    const PowerKnowledge& known,
+                                                    const PowerSetting& setting);
+
 }  // namespace vildar

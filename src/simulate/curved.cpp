@@ -59,6 +59,8 @@ Report curved_duration(const Options& options) {
                     " dB; the estimator knows the generator's law.",
                 cases, scores, report);
     auto& figure = report.figures[report.figures.size() - 2];
+    figure.y_low = 50.0;
+    figure.y_high = 102.0;
     figure.series.push_back(radar(options, 0.0, "radar, d_o = 0"));
     figure.series.push_back(radar(options, options.curve_lateral_m,
                                   "radar, d_o = " + number_text(options.curve_lateral_m) + " m"));

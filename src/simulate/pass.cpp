@@ -217,12 +217,9 @@ PassScores score_pass(const Pass& pass, const Options& options, std::uint64_t st
 
 double last_above(const std::vector<double>& x, const std::vector<double>& accuracy, double level) {
   if (x.empty()) return kNone;
-  if (!(accuracy.front() >= level)) return x.front();
-  for (std::size_t i = 1; i < x.size(); ++i)
-    if (!(accuracy[i] >= level))
-      return x[i - 1] +
-             (x[i] - x[i - 1]) * (accuracy[i - 1] - level) / (accuracy[i - 1] - accuracy[i]);
-  return x.back();
+  std::size_t last = 0;
+  while (last + 1 < x.size() && accuracy[last] >= level && accuracy[last + 1] >= level) ++last;
+  return x[last];
 }
 
 }  // namespace vildar::simulate

@@ -43,8 +43,7 @@ struct PassScores {
 PassScores score_pass(const Pass& pass, const Options& options, std::uint64_t stream,
                       bool first_window_only = false);
 
-/// Where `accuracy` first falls below `level` having been above, by linear interpolation on `x`;
-/// the last x where it never does, the first where it starts below.
+/// The last x before `accuracy` first falls below `level`; the first x where it starts below.
 double last_above(const std::vector<double>& x, const std::vector<double>& accuracy, double level);
 
 }  // namespace vildar::simulate

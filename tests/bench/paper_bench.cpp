@@ -2,9 +2,9 @@
 
 #include "estimate/power_estimators.h"
 #include "estimate/power_filter.h"
+#include "estimate/power_pass.h"
 #include "estimate/power_slope.h"
 #include "estimate/sliding_slope.h"
-#include "tests/estimate/power_pass.h"
 
 namespace vildar {
 namespace {

@@ -146,7 +146,9 @@ TEST(PowerStudy, CurvedRoadReachesTheBoundWhereThePaperDoesNot) {
       EXPECT_LT(ratio[1], 1.05 + 2.0 * kRatioError);
       EXPECT_LT(ratio[2], 1.05 + 2.0 * kRatioError);
       // Very sensitive to where the window ends: a sample more or less is several percent.
-      if (beta_rad < 0.4 && cosine == 0.0) EXPECT_NEAR(ratio[0] / 2.7, 1.0, 0.1);
+      if (beta_rad < 0.4 && cosine == 0.0) {
+        EXPECT_NEAR(ratio[0] / 2.7, 1.0, 0.1);
+      }
     }
 }
 

@@ -87,8 +87,8 @@ TEST(Pass, NumbersDoNotDependOnTheThreads) {
   EXPECT_NE(one.rmse_percent, score_pass(straight_pass(options, true), options, 7).rmse_percent);
 }
 
-TEST(Pass, LastAboveInterpolates) {
-  EXPECT_DOUBLE_EQ(last_above({0.0, 1.0, 2.0}, {100.0, 95.0, 85.0}, 90.0), 1.5);
+TEST(Pass, LastAboveStopsAtTheFirstFall) {
+  EXPECT_DOUBLE_EQ(last_above({0.0, 1.0, 2.0, 3.0}, {100.0, 95.0, 85.0, 95.0}, 90.0), 1.0);
   EXPECT_DOUBLE_EQ(last_above({3.0, 4.0}, {80.0, 95.0}, 90.0), 3.0);
   EXPECT_DOUBLE_EQ(last_above({3.0, 4.0}, {95.0, 95.0}, 90.0), 4.0);
 }
