@@ -52,7 +52,7 @@ Report curved_duration(const Options& options) {
     }
     const auto scores = score_cases(cases, options, cosine ? 9 : 10);
     add_figures("curved-duration-" + cosine_tag(cosine),
-                "Curved road, estimation duration, and radar/lidar, " + cosine_tag(cosine),
+                "Curved road, estimation duration, and radar/lidar, " + cosine_title(cosine),
                 "Speed estimation accuracy compared to radar/lidar for different estimation "
                 "durations, curved road; " +
                     cosine_words(cosine) + ", SNR " + number_text(options.snr_db) +
@@ -85,7 +85,7 @@ Report curved_snr(const Options& options) {
     }
     const auto scores = score_cases(cases, options, cosine ? 11 : 12);
     add_figures(
-        "curved-snr-" + cosine_tag(cosine), "Curved road, initial SNR, " + cosine_tag(cosine),
+        "curved-snr-" + cosine_tag(cosine), "Curved road, initial SNR, " + cosine_title(cosine),
         "Speed estimation accuracy versus time for different initial SNR values, curved "
         "road; " +
             cosine_words(cosine) + ", window " + number_text(options.curve_duration_s) + " s.",

@@ -77,7 +77,7 @@ Report bounds(const Options& options) {
                               {"+ K, d", {kPowerLogGain, kPowerPerpendicular}}};
   for (const bool cosine : cosine_readings(options)) {
     Table table{"bounds-" + cosine_tag(cosine),
-                "Cramer-Rao bound of the speed, % of it, " + cosine_tag(cosine),
+                "Cramer-Rao bound of the speed, % of it, " + cosine_title(cosine),
                 "One standard deviation at the start of the window, initial SNR 40 dB; for another "
                 "SNR multiply by 10^((40 - SNR) / 20). Known: everything not named.",
                 {"window"},
@@ -109,7 +109,7 @@ Report efficiency(const Options& options) {
   std::uint64_t stream = 20000;
   for (const bool cosine : cosine_readings(options)) {
     Table table{"efficiency-" + cosine_tag(cosine),
-                "Error over the bound, and coverage of the 95 % interval, " + cosine_tag(cosine),
+                "Error over the bound, and coverage of the 95 % interval, " + cosine_title(cosine),
                 "Root mean square error of the speed over the Cramer-Rao bound, K, d and gamma "
                 "known; share of trials in which the 95 % interval holds the truth; share without "
                 "an estimate.",

@@ -86,6 +86,8 @@ std::vector<bool> cosine_readings(const Options& options) {
 
 std::string cosine_tag(bool cosine) { return cosine ? "with-cosine" : "no-cosine"; }
 
+std::string cosine_title(bool cosine) { return cosine ? "with the cosine" : "without the cosine"; }
+
 std::string cosine_words(bool cosine) {
   return cosine ? "the generator multiplies by cos^(n+1)(theta)" : "the generator has no cosine";
 }

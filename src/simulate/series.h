@@ -32,6 +32,8 @@ Figure error_figure(const std::vector<Case>& cases, const std::vector<PassScores
 std::vector<bool> cosine_readings(const Options& options);
 /// "with-cosine" or "no-cosine", for file names.
 std::string cosine_tag(bool cosine);
+/// "with the cosine" or "without the cosine", for titles.
+std::string cosine_title(bool cosine);
 std::string cosine_words(bool cosine);
 
 }  // namespace vildar::simulate

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "optics/incidence.h"
 #include "optics/radar_limit.h"
@@ -63,7 +64,7 @@ Report straight_duration(const Options& options) {
     }
     const auto scores = score_cases(cases, options, cosine ? 1 : 2);
     add_figures("straight-duration-" + cosine_tag(cosine),
-                "Straight road, estimation duration, and radar/lidar, " + cosine_tag(cosine),
+                "Straight road, estimation duration, and radar/lidar, " + cosine_title(cosine),
                 "Speed estimation accuracy compared to radar/lidar for different estimation "
                 "durations; " +
                     cosine_words(cosine) + ", SNR " + shown(options.snr_db) + " dB.",
@@ -94,7 +95,7 @@ Report straight_snr(const Options& options) {
     }
     const auto scores = score_cases(cases, options, cosine ? 3 : 4);
     add_figures("straight-snr-" + cosine_tag(cosine),
-                "Straight road, initial SNR, " + cosine_tag(cosine),
+                "Straight road, initial SNR, " + cosine_title(cosine),
                 "Speed estimation accuracy for different initial SNR values; " +
                     cosine_words(cosine) + ", window " + shown(options.duration_s) + " s.",
                 cases, scores, report);
@@ -113,7 +114,7 @@ Report straight_speed(const Options& options) {
   for (const bool cosine : cosine_readings(options)) {
     Figure figure;
     figure.name = "straight-speed-" + cosine_tag(cosine);
-    figure.title = "Straight road, actual speed, " + cosine_tag(cosine);
+    figure.title = "Straight road, actual speed, " + cosine_title(cosine);
     figure.caption = "Accuracy of the first window against its length for different speeds; " +
                      cosine_words(cosine) + ", SNR " + shown(options.snr_db) + " dB.";
     figure.x_title = "estimation duration in s";
@@ -176,19 +177,27 @@ Report straight_half_angle(const Options& options) {
 
 Report straight_channel(const Options& options) {
   Report report{"straight-channel", {}, {}, {}};
+  std::set<double> durations_s{options.duration_s};
+  if (!options.durations_s.empty())
+    durations_s.insert({options.durations_s.front(), options.durations_s.back()});
+  Options lambertian = options;
+  lambertian.gain_db = options.lambertian_gain_db;
+  lambertian.path_loss_exponent = options.lambertian_exponent;
   for (const bool common_noise : {false, true}) {
-    std::vector<Case> cases{{"simulated", straight_pass(options, false)}};
-    Options other = options;
-    other.gain_db = options.lambertian_gain_db;
-    other.path_loss_exponent = options.lambertian_exponent;
-    cases.push_back({"Lambertian", straight_pass(other, false)});
-    if (common_noise) cases[1].pass.sigma_w = cases[0].pass.sigma_w;
+    std::vector<Case> cases;
+    for (const double duration_s : durations_s) {
+      Pass simulated = straight_pass(options, false), other = straight_pass(lambertian, false);
+      simulated.duration_s = other.duration_s = duration_s;
+      if (common_noise) other.sigma_w = simulated.sigma_w;
+      cases.push_back({"simulated, " + shown(duration_s) + " s", simulated});
+      cases.push_back({"Lambertian, " + shown(duration_s) + " s", other});
+    }
     const auto scores = score_cases(cases, options, common_noise ? 8 : 7);
     const std::string noise = common_noise ? "one noise in watts for both" : "the same initial SNR";
     add_figures(common_noise ? "straight-channel-same-noise" : "straight-channel-same-snr",
                 "Straight road, channel model, " + noise,
                 "Speed estimation accuracy of the simulated and the Lambertian channel (the pairs "
-                "K, gamma of the channel table), " +
+                "K, gamma of the channel table) for different estimation durations, " +
                     noise + ".",
                 cases, scores, report);
     for (std::size_t i = 0; i < cases.size(); ++i)

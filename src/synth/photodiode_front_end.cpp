@@ -3,7 +3,6 @@
 #include <cstdio>
 
 #include "core/error.h"
-#include "core/random.h"
 #include "synth/photodiode_trace.h"
 
 namespace vildar {
@@ -25,8 +24,10 @@ int inner_steps(const PhotodiodeScene& scene) {
       std::clamp(std::ceil(32.0 * *scene.bandwidth_hz / scene.rate_hz), 1.0, kMost));
 }
 
+}  // namespace
+
 // One photodiode with its amplifier, in watts of light at the input.
-class FrontEnd {
+class TraceRenderer::FrontEnd {
  public:
   FrontEnd(const Scenario& scenario, const PhotodiodeSite& photodiode)
       : scenario_(scenario),
@@ -79,6 +80,8 @@ class FrontEnd {
   double output_w_ = 0.0;
 };
 
+namespace {
+
 double converted_w(const Scenario& scenario, const PhotodiodeSite& photodiode, double power_w) {
   const PhotodiodeScene& scene = scenario.photodiode;
   if (!scene.adc_bits) return power_w;
@@ -125,12 +128,14 @@ double converter_step_w(const PhotodiodeScene& scene, const PhotodiodeSite& phot
   return scene.full_scale_w.value() / (std::exp2(scene.adc_bits.value()) - 1.0);
 }
 
-RenderedTrace render_trace(const Scenario& scenario) {
-  const PhotodiodeScene& scene = scenario.photodiode;
+TraceRenderer::TraceRenderer(const Scenario& scenario)
+    : scenario_(scenario),
+      noise_w_(scenario.photodiode.noise_w),
+      random_(scenario.seed),
+      samples_(static_cast<std::size_t>(
+          std::llround(scenario.duration_s * scenario.photodiode.rate_hz))) {
   const std::vector<PhotodiodeSite>& photodiodes = scenario.site.photodiodes;
-  RenderedTrace trace;
-  trace.noise_w = scene.noise_w;
-  if (scene.snr_db) {
+  if (scenario.photodiode.snr_db) {
     const double first_s = clip_time_s(scenario, 0.0);
     const std::vector<VehicleState> states = states_at(scenario, first_s);
     double first_w = 0.0;
@@ -141,51 +146,63 @@ RenderedTrace render_trace(const Scenario& scenario) {
           {{scenario.file.string(), 0, "photodiode.snr_db",
             "no vehicle lights the first photodiode at t = 0, so the ratio has no meaning",
             "give noise_w instead, or start a vehicle in its field of view"}});
-    trace.noise_w = first_w * std::pow(10.0, -*scene.snr_db / 20.0);
+    noise_w_ = first_w * std::pow(10.0, -*scenario.photodiode.snr_db / 20.0);
   }
-  std::vector<FrontEnd> front_ends;
   for (const PhotodiodeSite& photodiode : photodiodes)
-    front_ends.emplace_back(scenario, photodiode);
-  const auto samples = static_cast<std::size_t>(std::llround(scenario.duration_s * scene.rate_hz));
-  trace.time_s.reserve(samples);
-  trace.power_w.resize(photodiodes.size());
-  Random random(scenario.seed);
-  for (std::size_t i = 0; i < samples; ++i) {
-    const double time_s = static_cast<double>(i) / scene.rate_hz;
-    const bool lost = in_a_gap(scene, time_s);
-    if (!lost) trace.time_s.push_back(time_s);
-    for (std::size_t p = 0; p < photodiodes.size(); ++p) {
-      double power_w = front_ends[p].sample_w(i, random);
-      if (trace.noise_w > 0.0) power_w += random.normal(0.0, trace.noise_w);
-      if (!lost) trace.power_w[p].push_back(converted_w(scenario, photodiodes[p], power_w));
+    front_ends_.emplace_back(scenario, photodiode);
+  sample_.power_w.resize(photodiodes.size());
+}
+
+TraceRenderer::~TraceRenderer() = default;
+
+const TraceRenderer::Sample* TraceRenderer::next() {
+  while (index_ < samples_) {
+    sample_.time_s = static_cast<double>(index_) / scenario_.photodiode.rate_hz;
+    for (std::size_t p = 0; p < front_ends_.size(); ++p) {
+      double power_w = front_ends_[p].sample_w(index_, random_);
+      if (noise_w_ > 0.0) power_w += random_.normal(0.0, noise_w_);
+      sample_.power_w[p] = converted_w(scenario_, scenario_.site.photodiodes[p], power_w);
     }
+    ++index_;
+    if (!in_a_gap(scenario_.photodiode, sample_.time_s)) return &sample_;
+  }
+  return nullptr;
+}
+
+RenderedTrace render_trace(const Scenario& scenario) {
+  TraceRenderer renderer(scenario);
+  RenderedTrace trace;
+  trace.noise_w = renderer.noise_w();
+  trace.power_w.resize(scenario.site.photodiodes.size());
+  while (const TraceRenderer::Sample* sample = renderer.next()) {
+    trace.time_s.push_back(sample->time_s);
+    for (std::size_t p = 0; p < trace.power_w.size(); ++p)
+      trace.power_w[p].push_back(sample->power_w[p]);
   }
   return trace;
 }
 
-std::string trace_csv(const Scenario& scenario, const RenderedTrace& trace) {
+std::string trace_csv_header(const Scenario& scenario) {
   std::string text = "t_s";
-  if (trace.power_w.size() == 1) {
-    text += std::string(",") + column_of(scenario.photodiode.quantity);
-  } else {
-    for (const PhotodiodeSite& photodiode : scenario.site.photodiodes)
-      text += "," + photodiode.id + "_" + column_of(scenario.photodiode.quantity);
-  }
-  text += '\n';
+  const std::vector<PhotodiodeSite>& photodiodes = scenario.site.photodiodes;
+  for (const PhotodiodeSite& photodiode : photodiodes)
+    text += "," + (photodiodes.size() > 1 ? photodiode.id + "_" : std::string()) +
+            column_of(scenario.photodiode.quantity);
+  return text + '\n';
+}
+
+std::string trace_csv_line(const Scenario& scenario, const TraceRenderer::Sample& sample) {
   // Enough decimals of time to tell neighbours apart at 100 kHz and odd rates.
   char cell[64];
-  for (std::size_t i = 0; i < trace.time_s.size(); ++i) {
-    std::snprintf(cell, sizeof cell, "%.9g", trace.time_s[i]);
-    text += cell;
-    for (std::size_t p = 0; p < trace.power_w.size(); ++p) {
-      std::snprintf(
-          cell, sizeof cell, ",%.*g", scenario.photodiode.digits,
-          written_value(scenario.photodiode, scenario.site.photodiodes[p], trace.power_w[p][i]));
-      text += cell;
-    }
-    text += '\n';
+  std::snprintf(cell, sizeof cell, "%.9g", sample.time_s);
+  std::string line = cell;
+  for (std::size_t p = 0; p < sample.power_w.size(); ++p) {
+    std::snprintf(
+        cell, sizeof cell, ",%.*g", scenario.photodiode.digits,
+        written_value(scenario.photodiode, scenario.site.photodiodes[p], sample.power_w[p]));
+    line += cell;
   }
-  return text;
+  return line + '\n';
 }
 
 }  // namespace vildar

@@ -75,6 +75,25 @@ double vehicle_power_w(const Scenario& scenario, const std::vector<VehicleState>
          transmittance(scenario.extinction_per_m, Metres(way_m.norm()));
 }
 
+double street_lamp_power_w(const Scenario& scenario, const std::vector<VehicleState>& states,
+                           std::size_t lamp, const PhotodiodeSite& photodiode, double time_s) {
+  if (!photodiode.area_m2) return 0.0;
+  Emitter emitter;
+  emitter.lamp = lamp;
+  const Eigen::Vector3d sensor_m = place_of(photodiode);
+  const Eigen::Vector3d lamp_m = emitter_position_m(scenario, emitter, time_s);
+  const Eigen::Vector3d way_m = lamp_m - sensor_m;
+  if (!in_view(photodiode, way_m)) return 0.0;
+  for (std::size_t i = 0; i < states.size(); ++i)
+    if (body_hides(scenario.vehicles[i], states[i], lamp_m, sensor_m)) return 0.0;
+  const double incidence = std::max(0.0, axis_of(photodiode).dot(way_m.normalized()));
+  const double efficacy = scenario.site.channel ? scenario.site.channel->luminous_efficacy_lm_per_w
+                                                : ChannelSite{}.luminous_efficacy_lm_per_w;
+  return photodiode.gain_ratio.mean * scenario.street_lamps[lamp].intensity_cd * incidence *
+         *photodiode.area_m2 / (way_m.squaredNorm() * efficacy) *
+         transmittance(scenario.extinction_per_m, Metres(way_m.norm()));
+}
+
 double light_w(const Scenario& scenario, const PhotodiodeSite& photodiode, double time_s,
                double window_s) {
   const PhotodiodeScene& scene = scenario.photodiode;
@@ -89,6 +108,9 @@ double light_w(const Scenario& scenario, const PhotodiodeSite& photodiode, doubl
   for (std::size_t i = 0; i < states.size(); ++i)
     sum_w += vehicle_power_w(scenario, states, i, photodiode, time_s) *
              level(scenario.vehicles[i].waveform);
+  for (std::size_t i = 0; i < scenario.street_lamps.size(); ++i)
+    sum_w += street_lamp_power_w(scenario, states, i, photodiode, time_s) *
+             level(scenario.street_lamps[i].waveform);
   return sum_w;
 }
 

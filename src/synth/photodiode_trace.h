@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/random.h"
 #include "synth/motion.h"
 #include "synth/scenario.h"
 
@@ -20,9 +21,15 @@ namespace vildar {
 double vehicle_power_w(const Scenario& scenario, const std::vector<VehicleState>& states,
                        std::size_t vehicle, const PhotodiodeSite& photodiode, double time_s);
 
-/// All light on a photodiode at one instant of clip time: vehicles with their waveforms, and the
-/// ambient light with its flicker. Where `window_s` > 0, waveforms are averaged over that time
-/// about the instant.
+/// Mean power (over its flicker) that one photodiode receives from a street lamp: I cos(incidence)
+/// area / D^2 / efficacy, dimmed by the air. Zero outside the field of view, behind a vehicle, and
+/// for a photodiode without an area_m2.
+double street_lamp_power_w(const Scenario& scenario, const std::vector<VehicleState>& states,
+                           std::size_t lamp, const PhotodiodeSite& photodiode, double time_s);
+
+/// All light on a photodiode at one instant of clip time: vehicles with their waveforms, street
+/// lamps and the ambient light with their flicker. Where `window_s` > 0, waveforms are averaged
+/// over that time about the instant.
 double light_w(const Scenario& scenario, const PhotodiodeSite& photodiode, double time_s,
                double window_s);
 
@@ -30,18 +37,45 @@ double light_w(const Scenario& scenario, const PhotodiodeSite& photodiode, doubl
 /// them into watts; throws std::bad_optional_access without.
 double converter_step_w(const PhotodiodeScene& scene, const PhotodiodeSite& photodiode);
 
-/// What the photodiodes of a scenario record, in watts of light.
+/// What the photodiodes of a scenario record, in watts of light, sample by sample.
+class TraceRenderer {
+ public:
+  /// `scenario` must outlive it. Throws ConfigError where a noise in decibels is asked for and no
+  /// vehicle is received at the first sample of the first photodiode.
+  explicit TraceRenderer(const Scenario& scenario);
+  ~TraceRenderer();
+
+  struct Sample {
+    double time_s = 0.0;          ///< photodiode clock
+    std::vector<double> power_w;  ///< by photodiode
+  };
+  /// The next sample that is not lost in a gap; nothing after the last one. It is overwritten by
+  /// the next call.
+  const Sample* next();
+  /// Standard deviation of one sample, white part.
+  double noise_w() const { return noise_w_; }
+
+ private:
+  class FrontEnd;
+  const Scenario& scenario_;
+  double noise_w_ = 0.0;
+  std::vector<FrontEnd> front_ends_;
+  Random random_;
+  std::size_t index_ = 0, samples_ = 0;
+  Sample sample_;
+};
+
+/// A whole trace.
 struct RenderedTrace {
   std::vector<double> time_s;                ///< photodiode clock
   std::vector<std::vector<double>> power_w;  ///< [photodiode][sample]
   double noise_w = 0.0;                      ///< standard deviation of one sample, white part
 };
-
-/// Throws ConfigError where a noise in decibels is asked for and no vehicle is received at the
-/// first sample of the first photodiode.
+/// Throws as TraceRenderer does.
 RenderedTrace render_trace(const Scenario& scenario);
 
-/// The trace as the contract's CSV (section 3).
-std::string trace_csv(const Scenario& scenario, const RenderedTrace& trace);
+/// Header line and one line of a sample of the contract's CSV (section 3), ends of line included.
+std::string trace_csv_header(const Scenario& scenario);
+std::string trace_csv_line(const Scenario& scenario, const TraceRenderer::Sample& sample);
 
 }  // namespace vildar

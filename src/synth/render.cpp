@@ -19,8 +19,15 @@ std::vector<std::filesystem::path> render(const Scenario& scenario,
     written.push_back(out_dir / name);
   };
   write("site.yaml", effective_site_yaml(scenario.told_site.value_or(scenario.site)));
-  if (!scenario.site.photodiodes.empty())
-    write("photodiode.csv", trace_csv(scenario, render_trace(scenario)));
+  if (!scenario.site.photodiodes.empty()) {
+    AtomicFile file(out_dir / "photodiode.csv");
+    file.write(trace_csv_header(scenario));
+    TraceRenderer trace(scenario);
+    while (const TraceRenderer::Sample* sample = trace.next())
+      file.write(trace_csv_line(scenario, *sample));
+    file.commit();
+    written.push_back(file.path());
+  }
   const std::vector<TruthTrackRow> truth = truth_tracks(scenario);
   write("truth_vehicles.csv", truth_vehicles_csv(scenario, truth));
   write("truth_tracks.csv", truth_tracks_csv(scenario, truth));

@@ -105,7 +105,7 @@ struct ImageScene {
   double glow_height_rad = 0.1;  ///< elevation at which the glow has fallen to 1 / e
   double dark_e_per_s = 0.0;     ///< dark current; its mean is taken off, its noise stays
   double prnu = 0.0;             ///< standard deviation of the pixels' sensitivities, relative
-  bool road_light = true;        ///< headlamps light the road
+  bool road_light = true;        ///< headlamps and street lamps light the road
   bool own_lamps = false;        ///< the sensors' own vehicle lights the road before it
   bool bayer = false;  ///< each pixel sees one colour; the others come from its neighbours
 };
@@ -136,7 +136,7 @@ struct PhotodiodeScene {
   double rate_hz = 1000.0;
   std::optional<double> snr_db;         ///< 20 log10(P(t = 0) / sigma); without it `noise_w`
   double noise_w = 0.0;                 ///< standard deviation of one sample, white
-  double ambient_w = 0.0;               ///< mean; street lamps that never move
+  double ambient_w = 0.0;               ///< mean, beside that of the scenario's street lamps
   double ambient_flicker = 0.0;         ///< relative amplitude at twice the mains frequency
   std::optional<double> bandwidth_hz;   ///< one pole; absent: every sample is the light at its time
   bool shot_noise = false;              ///< needs responsivity_a_per_w

@@ -31,6 +31,28 @@ TEST(Experiments, EveryOneGivesWhatCanBeShown) {
   }
 }
 
+// Every number of every experiment, as it is written.
+TEST(Experiments, NothingDependsOnTheNumberOfThreads) {
+  const auto written = [](int threads) {
+    Options options;
+    options.trials = 5;
+    options.sample_period_s = 4e-3;
+    options.threads = threads;
+    std::string text;
+    for (const Experiment& experiment : experiments()) {
+      const Report report = experiment.run(options);
+      for (const Figure& figure : report.figures) text += figure.name + '\n' + csv_of(figure);
+      for (const Table& table : report.tables) text += table.name + '\n' + csv_of(table);
+      for (const Finding& found : report.findings)
+        text += found.what + ' ' + std::to_string(found.value) + '\n';
+    }
+    return text;
+  };
+  const std::string alone = written(1);
+  EXPECT_GT(alone.size(), 10'000u);
+  EXPECT_TRUE(written(3) == alone);
+}
+
 TEST(Experiments, ChannelNumbers) {
   const Report report = path_loss(Options{});
   EXPECT_NEAR(finding(report, "order n of the half-power angle"), 2.60078, 5e-6);

@@ -104,7 +104,7 @@ TEST(FrontEnd, CountsTurnBackIntoWatts) {
   scene.photodiode.quantity = PowerQuantity::counts;
   scene.photodiode.adc_bits = 16;
   scene.site.photodiodes[0].volts_per_count = 5e-5;
-  const std::string text = trace_csv(scene, render_trace(scene));
+  const std::string text = trace_text(scene);
   EXPECT_EQ(text.substr(0, text.find('\n')), "t_s,counts");
   // 2 uW * 0.45 A/W * 1e6 V/A = 0.9 V.
   EXPECT_NE(text.find("\n0,18000\n"), std::string::npos) << text.substr(0, 60);
@@ -162,6 +162,32 @@ TEST(VehiclePower, OfABeamIsTheSumOverTheLamps) {
     up_w += 500.0 * std::pow(cos_out, 2.6) * cos_in * 1e-4 / way_m.squaredNorm() / 300.0;
   }
   EXPECT_NEAR(render_trace(scene).power_w[0][0] / up_w, 1.0, 1e-9);
+}
+
+TEST(FrontEnd, StreetLampsShineOnIt) {
+  Scenario scene = small_scene();
+  PhotodiodeSite& diode = scene.site.photodiodes[0];
+  StreetLampScene lamp;
+  lamp.position_m = {30.0, 6.0, 8.0};
+  lamp.intensity_cd = 900.0;
+  lamp.waveform = Waveform::sine(100.0, 0.3, 0.0);
+  scene.street_lamps = {lamp};
+  scene.photodiode.ambient_w = 1e-9;
+  EXPECT_EQ(render_trace(scene).power_w[0][3], 1e-9) << "without an area nothing can be said";
+  diode.area_m2 = 2e-4;
+  diode.gain_ratio.mean = 1.1;
+  scene.extinction_per_m = 0.01;
+  // Mast of 5 m, axis along x: I cos(incidence) area / D^2 / 300 lm/W through the air.
+  const double distance_m = std::sqrt(900.0 + 36.0 + 9.0);
+  const double mean_w = 1.1 * 900.0 * (30.0 / distance_m) * 2e-4 / (distance_m * distance_m) /
+                        300.0 * std::exp(-0.01 * distance_m);
+  const std::vector<double> power_w = render_trace(scene).power_w[0];
+  for (std::size_t i = 0; i < 40; ++i) {
+    const double level = 1.0 + 0.3 * std::sin(2.0 * kPi * 100.0 * 0.001 * static_cast<double>(i));
+    EXPECT_NEAR(power_w[i] / (1e-9 + mean_w * level), 1.0, 1e-9) << i;
+  }
+  diode.half_field_of_view_rad = std::acos(30.0 / distance_m) - 1e-6;
+  EXPECT_EQ(render_trace(scene).power_w[0][3], 1e-9) << "outside the field of view";
 }
 
 }  // namespace

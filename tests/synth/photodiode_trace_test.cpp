@@ -97,7 +97,7 @@ TEST(TraceCsv, NamesItsColumns) {
   scene.photodiode.digits = 17;
   scene.vehicles = {car_at(40.0, 0.0)};
   RenderedTrace trace = render_trace(scene);
-  std::istringstream one(trace_csv(scene, trace));
+  std::istringstream one(trace_text(scene));
   std::string line;
   std::getline(one, line);
   EXPECT_EQ(line, "t_s,power_w");
@@ -109,7 +109,7 @@ TEST(TraceCsv, NamesItsColumns) {
   scene.site.photodiodes[1].position_m[0].mean = 2.0;
   trace = render_trace(scene);
   EXPECT_GT(trace.power_w[1][0], trace.power_w[0][0]) << "two metres nearer";
-  const std::string two = trace_csv(scene, trace);
+  const std::string two = trace_text(scene);
   EXPECT_EQ(two.substr(0, two.find('\n')), "t_s,pd0_power_w,pd1_power_w");
 }
 

@@ -249,6 +249,42 @@ TEST(Renderer, HeadlampsLightTheRoadBeforeThem) {
   EXPECT_EQ(brightness(60.0), 16) << "behind it";
 }
 
+TEST(RoadLight, OfAStreetLampIsThatOfAPoint) {
+  // Eight metres up, six aside: I h / D^3.
+  EXPECT_NEAR(street_illuminance_lx(500.0, {40.0, 3.0, 8.0}, {40.0, -3.0}), 500.0 * 8.0 / 1000.0,
+              1e-12);
+}
+
+TEST(Renderer, StreetLampsLightTheRoadAndFlicker) {
+  Scenario scene = clean_scene();
+  StreetLampScene lamp;
+  lamp.position_m = {30.0, -3.0, 8.0};
+  lamp.intensity_cd = 2000.0;
+  scene.street_lamps = {lamp};
+  scene.image.road_light = true;
+  scene.image.full_well_e = 4000.0;
+  scene.site.camera->response = ResponseKind::linear;
+  const Camera camera(*scene.site.camera);
+  const auto brightness = [&](double x_m, double time_s) {
+    const auto pixel_px = camera.project({x_m, -3.0, 0.0});
+    const Frame frame = Renderer(scene).image(time_s);
+    return frame.luma.code(static_cast<int>(pixel_px->x()), static_cast<int>(pixel_px->y())) - 16;
+  };
+  const int pool = brightness(30.0, 0.0);
+  EXPECT_GT(pool, 20);
+  EXPECT_LT(brightness(70.0, 0.0), pool / 3) << "far from the lamp";
+  // Quarter of a period of 100 Hz: the crest of the flicker, to the mean over 1 ms and a code.
+  scene.street_lamps[0].waveform = Waveform::sine(100.0, 0.5, 0.0);
+  const double crest = 1.0 + 0.5 * std::sin(0.1 * kPi) / (0.1 * kPi);
+  EXPECT_NEAR(brightness(30.0, 0.0025), pool * crest, 1.5);
+  // With 20 ms from first row to last the rows see one and the other half of the flicker.
+  scene.site.camera->rolling_shutter_s = 0.02;
+  const auto pixel_px = camera.project({30.0, -3.0, 0.0});
+  const double row_s = ((pixel_px->y() + 0.5) / 180.0 - 0.5) * 0.02;
+  EXPECT_NEAR(brightness(30.0, 0.0025 - row_s), pool * crest, 2.5);
+  EXPECT_NEAR(brightness(30.0, 0.0075 - row_s), pool * (2.0 - crest), 2.5);
+}
+
 TEST(Renderer, NeedsACameraWithAnExposure) {
   Scenario scene = small_scene();
   scene.site.camera->exposure_s.reset();

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+
+#include "synth/photodiode_trace.h"
 #include "synth/scenario.h"
 
 namespace vildar {
@@ -41,6 +44,15 @@ inline VehicleScene car_at(double along_m, double speed_mps) {
   vehicle.along_at_zero_m = along_m;
   vehicle.speed_mps = speed_mps;
   return vehicle;
+}
+
+/// The whole photodiode.csv.
+inline std::string trace_text(const Scenario& scenario) {
+  std::string text = trace_csv_header(scenario);
+  TraceRenderer renderer(scenario);
+  while (const TraceRenderer::Sample* sample = renderer.next())
+    text += trace_csv_line(scenario, *sample);
+  return text;
 }
 
 }  // namespace vildar
