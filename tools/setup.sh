@@ -32,6 +32,7 @@ if [[ $(id -u) != 0 ]]; then
   }
   as_root=(sudo)
 fi
-"${as_root[@]}" apt-get -qq update
+# One unreachable list of many makes this fail; the packages may be there all the same.
+"${as_root[@]}" apt-get -qq update || echo "tools/setup.sh: apt-get update failed, going on with the lists there are" >&2
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
   apt-get -qq install -y --no-install-recommends "${missing[@]}" >/dev/null
