@@ -38,15 +38,6 @@ bool is_red(const Blob& blob) {
 
 }  // namespace
 
-Spot spot_of(const Blob& blob, const Eigen::Vector2d& at_px) {
-  constexpr double kFloor_px = 0.3;
-  constexpr double kShareOfSize = 0.06;
-  const double size_px =
-      std::max(blob.box.u_max - blob.box.u_min, blob.box.v_max - blob.box.v_min) + 1.0;
-  const double centre_px = blob.centre_sigma_px.maxCoeff();
-  return {&blob, at_px, std::hypot(centre_px, kFloor_px + kShareOfSize * size_px)};
-}
-
 Lamp::Lamp(const Spot& spot, const LampPlace& place, std::int64_t frame, CameraTime time,
            const RoadView& view)
     : at_px_(spot.at_px),
@@ -56,12 +47,14 @@ Lamp::Lamp(const Spot& spot, const LampPlace& place, std::int64_t frame, CameraT
       most_px_(spot.at_px),
       first_time_(time) {
   const double inverse_depth = std::min(place.inverse_depth_per_m, kNearestPrior_per_m);
+  const double likely_inverse_depth =
+      std::min(inverse_depth + view.inverse_depth_sigma_per_m(place), kNearestPrior_per_m);
   // From a moving sensor everything nears at its speed, but what it follows.
   if (view.moving_sensor() && spot.blob->kind != LampKind::taillamp)
     velocity_pxps_ = view.ego_speed_mps(seconds_of(time)) * inverse_depth * place.toward_px;
-  const Eigen::Vector2d along = kSpeedSigma_mps * inverse_depth * place.toward_px;
-  const double spread_pxps =
-      std::hypot(kUnknownSpeedSigma_pxps, kAcrossSpeedSigma_mps * inverse_depth * view.focal_px());
+  const Eigen::Vector2d along = kSpeedSigma_mps * likely_inverse_depth * place.toward_px;
+  const double spread_pxps = std::hypot(
+      kUnknownSpeedSigma_pxps, kAcrossSpeedSigma_mps * likely_inverse_depth * view.focal_px());
   covariance_.setZero();
   covariance_.topLeftCorner<2, 2>() = Eigen::Matrix2d::Identity() * spot.sigma_px * spot.sigma_px;
   covariance_.bottomRightCorner<2, 2>() =
@@ -166,10 +159,11 @@ void Lamp::remember(const Spot& spot, const Eigen::Vector2d& off_px, std::int64_
   const Eigen::Vector2d steady_px = spot.at_px + off_px - drift_px_;
   least_px_ = least_px_.cwiseMin(steady_px);
   most_px_ = most_px_.cwiseMax(steady_px);
+  const Defect defects = spot.with_streak ? blob.defects | Defect::merged : blob.defects;
   records.push_back({frame, time,
-                     LampSighting{blob.centre_px, blob.centre_sigma_px, blob.flux, blob.flux_sigma,
-                                  blob.saturated_px, blob.box, blob.row_fraction, blob.defects},
-                     spot.at_px, reddish(blob), off_px.norm()});
+                     LampSighting{spot.centre_px, spot.centre_sigma_px, blob.flux, blob.flux_sigma,
+                                  blob.saturated_px, blob.box, blob.row_fraction, defects},
+                     spot.at_px, reddish(blob), off_px.norm(), spot.streak});
 }
 
 LampKind Lamp::kind() const {

@@ -18,7 +18,11 @@ struct Vehicle;
 struct Spot {
   const Blob* blob = nullptr;
   Eigen::Vector2d at_px;  ///< see RoadView
-  double sigma_px = 1.0;  ///< of the blob as a mark to follow, not of its centre alone
+  double sigma_px = 1.0;  ///< of the blob as a mark to follow, which grows with its outline
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< of the lamp, in pixels of the image
+  Eigen::Vector2d centre_sigma_px = Eigen::Vector2d::Ones();
+  bool streak = false;       ///< the drawn-out image on the road of a lamp above it
+  bool with_streak = false;  ///< a lamp run together with such an image
 };
 
 /// One sighting of a lamp, kept until its vehicle is reported.
@@ -30,6 +34,7 @@ struct LampRecord {
   double reddish = 0.0;  ///< Cr beyond what the yellow of street light has
   /// Half the pair's separation where the blob held both lamps of the vehicle; 0 elsewhere.
   double merged_px = 0.0;
+  bool streak = false;  ///< see Spot
 };
 
 /// Share of recent looks at which something held; the first looks count fully.
@@ -120,8 +125,5 @@ class Lamp {
   std::int64_t last_frame_ = 0;
   CameraTime first_time_, last_time_;
 };
-
-/// The tracker's view of a blob; `sigma_px` grows with the blob, whose outline flickers.
-Spot spot_of(const Blob& blob, const Eigen::Vector2d& at_px);
 
 }  // namespace vildar

@@ -35,7 +35,10 @@ bool moves_with(const Lamp& lamp, const Lamp& reference) {
 bool mirrors(const Lamp& lamp, const Lamp& source, const RoadView& view) {
   constexpr double kHighCamera_m = 2.0, kColumn_m = 0.2, kColumn_px = 1.5;
   constexpr double kBrighterLn = 0.3, kNearerPair = 1.15;
-  if (lamp.log_flux() > source.log_flux() + kBrighterLn) return false;
+  // Of clipped lights the larger one, not the stronger one, seems brighter.
+  const bool clipped = lamp.records.back().sighting.saturated_px > 0 &&
+                       source.records.back().sighting.saturated_px > 0;
+  if (!clipped && lamp.log_flux() > source.log_flux() + kBrighterLn) return false;
   const double inverse_depth = inverse_depth_of(source);
   const Eigen::Vector2d off_px = lamp.at_px() - source.at_px();
   const Eigen::Vector2d down_px = source.place().down_px;
@@ -79,14 +82,27 @@ bool rides_on(const Lamp& lamp, const Vehicle& vehicle, const RoadView& view) {
   return inside && (moves_with(lamp, *vehicle.left) || moves_with(lamp, *vehicle.right));
 }
 
-// The shine of a headlamp on the road is drawn out toward the viewer; the lamp itself is not tall.
-bool is_streak(const Lamp& lamp) {
-  constexpr double kTall = 1.6;
-  constexpr int kLeast_px = 8;
-  if (lamp.kind() == LampKind::taillamp) return false;
-  const PixelBox& box = lamp.records.back().sighting.box;
-  const int width_px = box.u_max - box.u_min + 1, height_px = box.v_max - box.v_min + 1;
-  return height_px >= kLeast_px && height_px > kTall * width_px;
+// The patch of road that a vehicle lights before itself moves along with it, and is wider than a
+// lamp would be there.
+bool lit_by(const Lamp& lamp, const Lamp& source, const RoadView& view) {
+  constexpr double kHighCamera_m = 2.0, kNearest_m = 1.0, kFarthest_m = 22.0, kBeside_m = 1.8;
+  constexpr double kWider = 1.4;
+  const double height_m = view.height_over_lamps_m() + view.lamp_height_m();
+  if (view.height_over_lamps_m() < kHighCamera_m) return false;
+  const auto width_px = [](const Lamp& one) {
+    const PixelBox& box = one.records.back().sighting.box;
+    return box.u_max - box.u_min + 1.0;
+  };
+  const double source_inverse_depth = inverse_depth_of(source);
+  const double road_inverse_depth = lamp.place().slope_down / height_m;
+  if (!(road_inverse_depth > source_inverse_depth)) return false;
+  const RoadPosition lit = view.road_at(lamp.at_px(), road_inverse_depth);
+  const RoadPosition from = view.road_at(source.at_px(), source_inverse_depth);
+  const double before_m = from.along_m - lit.along_m;
+  if (before_m < kNearest_m || before_m > kFarthest_m) return false;
+  if (std::abs(lit.lateral_m - from.lateral_m) > kBeside_m) return false;
+  if (width_px(lamp) < kWider * width_px(source)) return false;
+  return moves_with(lamp, source);
 }
 
 bool stands_still(const Lamp& lamp, const RoadView& view) {
@@ -111,12 +127,16 @@ void note_look_alikes(const Lamps& lamps, const Vehicles& vehicles, const RoadVi
     const bool mirrored = std::any_of(lamps.begin(), lamps.end(), [&](const auto& source) {
       return source != lamp && source->seen_at(frame) && mirrors(*lamp, *source, view);
     });
-    lamp->mirrored.add(mirrored || is_streak(*lamp), kMemory);
+    lamp->mirrored.add(mirrored || lamp->records.back().streak, kMemory);
     if (lamp->vehicle) continue;
+    const bool lit = std::any_of(lamps.begin(), lamps.end(), [&](const auto& source) {
+      return source != lamp && source->seen_at(frame) && source->mirrored.share() < 0.5 &&
+             source->on_vehicle.share() < 0.5 && lit_by(*lamp, *source, view);
+    });
     const bool riding = std::any_of(vehicles.begin(), vehicles.end(), [&](const auto& vehicle) {
       return vehicle->left && vehicle->right && rides_on(*lamp, *vehicle, view);
     });
-    lamp->on_vehicle.add(riding, kMemory);
+    lamp->on_vehicle.add(riding || lit, kMemory);
   }
 }
 

@@ -7,55 +7,34 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "track/pair_likelihood.h"
+
 namespace vildar {
 namespace {
 
 constexpr int kMemory = 15;  // frames of the running mean
 constexpr int kLooksToJoin = 4;
-constexpr int kSettledFrames = 15;  // a pair seen together that often is not rearranged
-constexpr double kMostChi2ToJoin = 9.0;
-constexpr double kMostChi2ToStay = 14.0;
+constexpr double kMostChi2ToJoin = 13.0;
+constexpr double kMostChi2ToStay = 17.0;
 constexpr double kMostChi2Counted = 50.0;
-constexpr double kWorthOfPair = 14.0;  // against leaving two lamps alone
-constexpr double kWorthOfStaying = 5.0;
+// Looks at a pair are not independent of one another: only one in so many counts as one.
+constexpr double kLooksPerFact = 3.0;
+// Natural log odds: that two neighbours are one vehicle's before anything is seen of them, and that
+// an arrangement which has held so far goes on.
+constexpr double kPriorLogOdds = -1.5;
+constexpr double kStayingLogOdds = 4.0;
+constexpr double kLeastLogOdds = -15.0;
+// The body of a vehicle hides, from low down, whatever shines on the line between its lamps.
+constexpr double kBetweenChi2 = 12.0;
 
 bool fits_kind(const Lamp& a, const Lamp& b) {
   const LampKind ka = a.kind(), kb = b.kind();
   return ka == kb ? ka != LampKind::other : ka == LampKind::other || kb == LampKind::other;
 }
 
-bool is_free(const Lamp& lamp) {
-  return !lamp.vehicle || !lamp.vehicle->left || !lamp.vehicle->right ||
-         lamp.vehicle->both_seen < kSettledFrames;
-}
-
 bool is_mirrored(const Lamp& lamp) {
   constexpr int kLooks = 3;
   return lamp.mirrored.looks() >= kLooks && lamp.mirrored.share() > 0.5;
-}
-
-// Two lamps on one rigid body keep their vector but for the looming they share.
-double moving_apart_chi2(const Lamp& a, const Lamp& b) {
-  constexpr double kGive_per_s = 0.06, kRateGive_per_s = 0.3, kRateShare = 0.3;
-  const Eigen::Vector2d apart_px = b.at_px() - a.at_px();
-  const double length_px = apart_px.norm();
-  if (!(length_px > 0.0)) return 0.0;
-  const Eigen::Vector2d along = apart_px / length_px;
-  const Eigen::Vector2d speed_pxps = b.velocity_pxps() - a.velocity_pxps();
-  const double rate_per_s = 0.5 * (a.depth_rate_per_s() + b.depth_rate_per_s());
-  const double sigma =
-      std::hypot(a.velocity_sigma_pxps(), b.velocity_sigma_pxps(), kGive_per_s * length_px);
-  const double sideways = (speed_pxps - along * along.dot(speed_pxps)).norm() / sigma;
-  const double rate_sigma = kRateGive_per_s + kRateShare * std::abs(rate_per_s);
-  const double stretch =
-      (along.dot(speed_pxps) + rate_per_s * length_px) / std::hypot(sigma, rate_sigma * length_px);
-  return sideways * sideways + stretch * stretch;
-}
-
-// The two lamps of a vehicle are alike but for beams, dirt and what clipping hides.
-double unequal_chi2(const Lamp& a, const Lamp& b) {
-  constexpr double kFluxSigmaLn = 0.8, kMost = 14.0;
-  return std::min(kMost, std::pow((a.log_flux() - b.log_flux()) / kFluxSigmaLn, 2));
 }
 
 // A lamp of a pair that is no longer what it was when the pair was formed: it has gone over to a
@@ -128,15 +107,17 @@ bool same_body(const Vehicle& vehicle, const Eigen::Vector2d& middle_px, double 
 }  // namespace
 
 void Pairing::look_at_pairs(const Lamps& lamps, std::int64_t frame) {
-  constexpr double kSigmaShare = 0.7, kUnknownKind = 2.0;
-  constexpr double kLaneSigma_m = 0.9, kMostLane = 4.0;
   const double widest = 2.8 * view_.focal_px();
-  for (std::size_t i = 0; i < lamps.size(); ++i) {
-    Lamp& a = *lamps[i];
-    if (!a.seen_at(frame) || !is_free(a) || is_mirrored(a) || a.sightings() < 2) continue;
-    for (std::size_t j = i + 1; j < lamps.size(); ++j) {
-      Lamp& b = *lamps[j];
-      if (!b.seen_at(frame) || !is_free(b) || is_mirrored(b) || b.sightings() < 2) continue;
+  constexpr double kLow_m = 2.0;
+  const bool low = view_.height_over_lamps_m() < kLow_m;
+  std::vector<Lamp*> seen;
+  for (const auto& lamp : lamps)
+    if (lamp->seen_at(frame) && lamp->sightings() >= 2 && !is_mirrored(*lamp))
+      seen.push_back(lamp.get());
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    Lamp& a = *seen[i];
+    for (std::size_t j = i + 1; j < seen.size(); ++j) {
+      Lamp& b = *seen[j];
       const Eigen::Vector2d vector_px = b.at_px() - a.at_px();
       const double nearest = std::max(a.place().inverse_depth_per_m, b.place().inverse_depth_per_m);
       const double level_px = std::abs(vector_px.dot(a.place().across_px.unitOrthogonal()));
@@ -144,33 +125,38 @@ void Pairing::look_at_pairs(const Lamps& lamps, std::int64_t frame) {
                                 level_px < 4.0 + 0.35 * vector_px.norm() && fits_kind(a, b);
       if (!worth_a_look) continue;
 
-      const double sigma_px = std::hypot(0.6, a.position_sigma_px(), b.position_sigma_px());
-      const PairFit fit = view_.fit_pair(a.at_px(), b.at_px(), kSigmaShare * sigma_px);
-      double chi2 = fit.chi2 + moving_apart_chi2(a, b);
-      chi2 += unequal_chi2(a, b);
-      if (a.kind() != b.kind()) chi2 += kUnknownKind;
-      const Eigen::Vector2d middle_px = 0.5 * (a.at_px() + b.at_px());
-      const double lateral_m = view_.road_at(middle_px, fit.inverse_depth_per_m).lateral_m;
-      if (const auto off_m = view_.off_lane_centre_m(lateral_m))
-        chi2 +=
-            std::min(kMostLane, std::pow(*off_m / std::hypot(kLaneSigma_m, 0.15 * lateral_m), 2));
+      PairLook look = look_at_pair(a, b, view_);
       Evidence* known = evidence_of(&a, &b);
       if (!known) {
-        if (!(chi2 < kMostChi2Counted)) continue;
+        if (!(look.chi2 < kMostChi2Counted)) continue;
         known = &evidence_.emplace_back(Evidence{&a, &b});
+        index_[{&a, &b}] = evidence_.size() - 1;
+      }
+      if (low && std::any_of(seen.begin(), seen.end(), [&](const Lamp* third) {
+            return third != &a && third != &b && stands_between(*third, a, b);
+          })) {
+        look.chi2 += kBetweenChi2;
+        look.log_odds -= 0.5 * kBetweenChi2;
       }
       known->looks = std::min(known->looks + 1, kMemory);
-      known->chi2 += (std::min(chi2, kMostChi2Counted) - known->chi2) / known->looks;
-      known->inverse_depth_per_m = fit.inverse_depth_per_m;
-      known->width_per_depth = fit.width_per_depth;
+      known->chi2 += (std::min(look.chi2, kMostChi2Counted) - known->chi2) / known->looks;
+      known->log_odds += (std::max(look.log_odds, kLeastLogOdds) - known->log_odds) / known->looks;
+      known->inverse_depth_per_m = look.fit.inverse_depth_per_m;
+      known->width_per_depth = look.fit.width_per_depth;
       known->last_frame = frame;
     }
   }
 }
 
+std::size_t Pairing::LampsHash::operator()(const LampsOf& lamps) const {
+  const std::hash<const Lamp*> hash;
+  return hash(lamps.first) * 31 + hash(lamps.second);
+}
+
 Pairing::Evidence* Pairing::evidence_of(const Lamp* a, const Lamp* b) {
-  for (Evidence& pair : evidence_)
-    if ((pair.a == a && pair.b == b) || (pair.a == b && pair.b == a)) return &pair;
+  for (const LampsOf& lamps : {LampsOf(a, b), LampsOf(b, a)})
+    if (const auto found = index_.find(lamps); found != index_.end())
+      return &evidence_[found->second];
   return nullptr;
 }
 
@@ -187,10 +173,10 @@ std::vector<Pairing::Evidence*> Pairing::best_pairs(std::int64_t frame) {
   };
   for (Evidence& pair : evidence_) {
     const bool together = pair.a->vehicle && pair.a->vehicle == pair.b->vehicle;
-    const bool recent = pair.last_frame == frame || together;
-    if (!recent || pair.looks < kLooksToJoin || !is_free(*pair.a) || !is_free(*pair.b)) continue;
+    if ((pair.last_frame != frame && !together) || pair.looks < kLooksToJoin) continue;
     if (!together && (pair.chi2 > kMostChi2ToJoin || !fits_kind(*pair.a, *pair.b))) continue;
-    const double worth = kWorthOfPair - pair.chi2 + (together ? kWorthOfStaying : 0.0);
+    const double worth = kPriorLogOdds + pair.log_odds * pair.looks / kLooksPerFact +
+                         (together ? kStayingLogOdds : 0.0);
     if (worth <= 0.0) continue;
     candidates.push_back(&pair);
     edges.push_back({index_of(pair.a), index_of(pair.b), worth});
@@ -282,9 +268,9 @@ void Pairing::refresh(Vehicles& vehicles, std::int64_t frame, CameraTime time) {
     Lamp* right = vehicle->right;
     const bool both = left && right && left->seen_at(frame) && right->seen_at(frame);
     if (both) {
-      const PairFit fit = view_.fit_pair(left->at_px(), right->at_px(), 1.0);
-      const double chi2 = std::min(kMostChi2Counted, fit.chi2 + moving_apart_chi2(*left, *right) +
-                                                         unequal_chi2(*left, *right));
+      const PairLook look = look_at_pair(*left, *right, view_);
+      const PairFit& fit = look.fit;
+      const double chi2 = std::min(kMostChi2Counted, look.chi2);
       vehicle->chi2 += (chi2 - vehicle->chi2) / kMemory;
       vehicle->inverse_depth_per_m = fit.inverse_depth_per_m;
       vehicle->width_per_depth = fit.width_per_depth;
@@ -324,12 +310,25 @@ void Pairing::refresh(Vehicles& vehicles, std::int64_t frame, CameraTime time) {
 void Pairing::update(Lamps& lamps, Vehicles& vehicles, std::int64_t frame, CameraTime time) {
   look_at_pairs(lamps, frame);
   const std::vector<Evidence*> chosen = best_pairs(frame);
-  // A young pair gives way when a better arrangement of all lamps leaves it out.
+  // A pair gives way when a likelier arrangement of all lamps leaves it out. What was seen of it
+  // for long is reported; a short one never was.
+  constexpr int kYoung = 15, kLong = 45;
   for (const Evidence& pair : evidence_) {
     Vehicle* vehicle = pair.a->vehicle;
-    if (!vehicle || vehicle != pair.b->vehicle || vehicle->both_seen >= kSettledFrames) continue;
+    if (!vehicle || vehicle != pair.b->vehicle) continue;
+    const auto takes_one = [&](const Evidence* other) {
+      return other != &pair &&
+             (other->a == pair.a || other->a == pair.b || other->b == pair.a || other->b == pair.b);
+    };
     if (std::find(chosen.begin(), chosen.end(), &pair) != chosen.end()) continue;
-    if (!vehicle->past_left.empty() || !vehicle->past_right.empty()) continue;
+    if (vehicle->both_seen >= kYoung && std::none_of(chosen.begin(), chosen.end(), takes_one))
+      continue;
+    if (vehicle->both_seen >= kLong || !vehicle->past_left.empty() ||
+        !vehicle->past_right.empty()) {
+      vehicle->cut_after = vehicle->last_good;
+      vehicle->came_apart = true;
+      continue;
+    }
     pair.a->vehicle = pair.b->vehicle = nullptr;
     std::erase_if(vehicles, [&](const auto& one) { return one.get() == vehicle; });
   }
@@ -340,6 +339,8 @@ void Pairing::update(Lamps& lamps, Vehicles& vehicles, std::int64_t frame, Camer
 
 void Pairing::forget(const Lamp* lamp) {
   std::erase_if(evidence_, [&](const Evidence& pair) { return pair.a == lamp || pair.b == lamp; });
+  index_.clear();
+  for (std::size_t i = 0; i < evidence_.size(); ++i) index_[{evidence_[i].a, evidence_[i].b}] = i;
 }
 
 }  // namespace vildar

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "track/association.h"
@@ -23,7 +25,7 @@ class Pairing {
   struct Evidence {
     Lamp* a;
     Lamp* b;
-    double chi2 = 0.0;  ///< running mean
+    double chi2 = 0.0, log_odds = 0.0;  ///< running means, see PairLook
     double inverse_depth_per_m = 0.0, width_per_depth = 0.0;
     int looks = 0;
     std::int64_t last_frame = 0;
@@ -35,8 +37,14 @@ class Pairing {
   void join(Evidence& pair, Vehicles& vehicles, std::int64_t frame);
   Evidence* evidence_of(const Lamp* a, const Lamp* b);
 
+  using LampsOf = std::pair<const Lamp*, const Lamp*>;
+  struct LampsHash {
+    std::size_t operator()(const LampsOf& lamps) const;
+  };
+
   const RoadView& view_;
   std::vector<Evidence> evidence_;
+  std::unordered_map<LampsOf, std::size_t, LampsHash> index_;  ///< into evidence_
 };
 
 }  // namespace vildar

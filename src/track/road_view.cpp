@@ -14,6 +14,9 @@ constexpr double kFarthest_m = 400.0;
 // Vehicles differ more than the site's prior for a usual car: lorries, vans, small cars.
 constexpr double kLeastSeparationSigmaLn = 0.2;
 constexpr double kLeastLampHeightSigma_m = 0.12;
+// Vans, buses and lorries, about one vehicle in seven: their lamps stand this much higher.
+constexpr double kTallerBy_m = 0.3, kTallLampSigma_m = 0.2;
+constexpr double kTallPenalty = 3.6;  // -2 ln(1/6)
 // Road and camera are never level to better than this; a low camera rides on a vehicle.
 const double kLeastTilt_rad = radians_from_degrees(0.15);
 const double kLeastTiltLow_rad = radians_from_degrees(0.3);
@@ -82,9 +85,14 @@ double RoadView::slope_sigma(double inverse_depth_per_m) const {
   return std::hypot(tilt_sigma_rad_, lamp_height_sigma_m_ * inverse_depth_per_m);
 }
 
+double RoadView::inverse_depth_sigma_per_m(const LampPlace& place) const {
+  // A lamp of a lorry level with a low camera may be near as well as far.
+  const double over_m = std::max(std::abs(height_over_lamps_m()), kTallLampSigma_m);
+  return slope_sigma(place.inverse_depth_per_m) / over_m;
+}
+
 PairFit RoadView::fit_pair(const Eigen::Vector2d& left_px, const Eigen::Vector2d& right_px,
                            double sigma_px) const {
-  constexpr int kSteps = 6;
   const Eigen::Vector2d middle_px = 0.5 * (left_px + right_px);
   const LampPlace at = place(middle_px);
   const Eigen::Vector2d vector_px = right_px - left_px;
@@ -95,30 +103,43 @@ PairFit RoadView::fit_pair(const Eigen::Vector2d& left_px, const Eigen::Vector2d
     fit.chi2 = std::numeric_limits<double>::infinity();
     return fit;
   }
-  const double off_level_px = (vector_px - across * at.across_px).norm();
-  const double off_level = off_level_px / std::hypot(sigma_px, level_sigma_rad_ * vector_px.norm());
-
-  // One unknown, x = ln(inverse depth): the separation asks for width_per_depth / separation, the
-  // elevation for slope / height over the lamps.
-  const double over_lamps_m = height_over_lamps_m();
+  fit.off_level_px = (vector_px - across * at.across_px).norm();
+  fit.level_sigma_px = std::hypot(sigma_px, level_sigma_rad_ * vector_px.norm());
+  const double sigma_ln = std::hypot(separation_sigma_ln_, sigma_px / vector_px.norm());
   const double wanted = std::log(fit.width_per_depth / separation_m_);
-  const double length_sigma = sigma_px / vector_px.norm();
-  const double sigma_ln = std::hypot(separation_sigma_ln_, length_sigma);
-  double x = wanted;
-  double width_miss = 0.0, slope_miss = 0.0;
+  const double tall_m = lamp_height_m_ + kTallerBy_m;
+  const DepthFit car =
+      fit_depth(at.slope_down, wanted, sigma_ln, lamp_height_m_, lamp_height_sigma_m_);
+  const DepthFit tall = fit_depth(at.slope_down, wanted, sigma_ln, tall_m, kTallLampSigma_m);
+  const DepthFit& best = car.chi2 < tall.chi2 + kTallPenalty ? car : tall;
+  fit.inverse_depth_per_m =
+      std::clamp(best.inverse_depth_per_m, 1.0 / kFarthest_m, 1.0 / kNearest_m);
+  fit.depth_chi2 = std::min(car.chi2, tall.chi2 + kTallPenalty);
+  fit.depth_sigma_ln = best.sigma_ln;
+  fit.chi2 = fit.depth_chi2 + std::pow(fit.off_level_px / fit.level_sigma_px, 2);
+  return fit;
+}
+
+// One unknown, x = ln(inverse depth): the separation asks for width_per_depth / separation, the
+// elevation for slope / height over the lamps.
+RoadView::DepthFit RoadView::fit_depth(double slope_down, double wanted, double sigma_ln,
+                                       double lamp_m, double lamp_sigma_m) const {
+  constexpr int kSteps = 6;
+  const double over_m = camera_.position_m().z() - lamp_m;
+  double x = wanted, width_miss = 0.0, slope_miss = 0.0, curvature = 0.0, slope_change = 0.0;
   for (int step = 0; step < kSteps; ++step) {
     const double inverse_depth = std::exp(x);
-    const double sigma = slope_sigma(inverse_depth);
+    const double sigma = std::hypot(tilt_sigma_rad_, lamp_sigma_m * inverse_depth);
     width_miss = (x - wanted) / sigma_ln;
-    slope_miss = (over_lamps_m * inverse_depth - at.slope_down) / sigma;
-    const double slope_change = over_lamps_m * inverse_depth / sigma;
+    slope_miss = (over_m * inverse_depth - slope_down) / sigma;
+    slope_change = over_m * inverse_depth / sigma;
     const double gradient = width_miss / sigma_ln + slope_miss * slope_change;
-    const double curvature = 1.0 / (sigma_ln * sigma_ln) + slope_change * slope_change;
+    curvature = 1.0 / (sigma_ln * sigma_ln) + slope_change * slope_change;
     x -= std::clamp(gradient / curvature, -0.7, 0.7);
   }
-  fit.inverse_depth_per_m = std::clamp(std::exp(x), 1.0 / kFarthest_m, 1.0 / kNearest_m);
-  fit.chi2 = width_miss * width_miss + slope_miss * slope_miss + off_level * off_level;
-  return fit;
+  const double from_slope_ln = 1.0 / std::max(std::abs(slope_change), 1e-6);
+  return {std::exp(x), width_miss * width_miss + slope_miss * slope_miss,
+          std::hypot(sigma_ln, from_slope_ln)};
 }
 
 RoadPosition RoadView::road_at(const Eigen::Vector2d& spot_px, double inverse_depth_per_m) const {

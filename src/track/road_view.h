@@ -24,7 +24,11 @@ struct LampPlace {
 
 /// How a pair of spots fares as the two lamps of one vehicle.
 struct PairFit {
-  double chi2 = 0.0;                 ///< about 4 degrees of freedom
+  double chi2 = 0.0;            ///< of level and depth together; infinite where the two coincide
+  double depth_chi2 = 0.0;      ///< separation against elevation
+  double depth_sigma_ln = 0.0;  ///< of ln depth, separation less elevation
+  double off_level_px = 0.0;    ///< from the line across the road through the other
+  double level_sigma_px = 0.0;
   double inverse_depth_per_m = 0.0;  ///< of the best compromise between separation and elevation
   double width_per_depth = 0.0;      ///< separation over depth, straight from the image
 };
@@ -40,7 +44,8 @@ class RoadView {
   bool inside_image(const Eigen::Vector2d& spot_px, double margin_px) const;
 
   LampPlace place(const Eigen::Vector2d& spot_px) const;
-  /// Order of the two does not matter. Infinite chi2 where they coincide.
+  /// Order of the two does not matter. Lamps may stand at the height of a car's or, less likely,
+  /// at that of a van's or lorry's: the better of the two is taken.
   PairFit fit_pair(const Eigen::Vector2d& left_px, const Eigen::Vector2d& right_px,
                    double sigma_px) const;
 
@@ -61,8 +66,16 @@ class RoadView {
   double height_over_lamps_m() const { return camera_.position_m().z() - lamp_height_m_; }
   /// Of the slope that a lamp at a given inverse depth shows: tilt of camera and road, lamp height.
   double slope_sigma(double inverse_depth_per_m) const;
+  /// Standard deviation of the inverse depth that the elevation of a spot gives.
+  double inverse_depth_sigma_per_m(const LampPlace& place) const;
 
  private:
+  struct DepthFit {
+    double inverse_depth_per_m, chi2, sigma_ln;
+  };
+  DepthFit fit_depth(double slope_down, double wanted, double sigma_ln, double lamp_m,
+                     double lamp_sigma_m) const;
+
   Site site_;
   Camera camera_;
   double focal_px_;

@@ -7,6 +7,7 @@
 #include "track/association.h"
 #include "track/look_alikes.h"
 #include "track/pairing.h"
+#include "track/spots.h"
 #include "track/vehicle.h"
 
 namespace vildar {
@@ -42,7 +43,6 @@ class Tracker::Impl {
   static constexpr double kReachShare = 0.03;  // of the image width, for the common motion
 
   void follow(const std::vector<Spot>& spots, const BlobFrame& frame);
-  bool is_diffuse(const Blob& blob, const LampPlace& place) const;
   void learn_strength();
   void bear(const std::vector<Spot>& spots, const Association& found, const BlobFrame& frame);
   void mark_split_records();
@@ -75,11 +75,7 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
   last_time_ = frame.time;
   counts_.blobs += static_cast<std::int64_t>(frame.blobs.size());
 
-  std::vector<Spot> spots;
-  for (const Blob& blob : frame.blobs)
-    if (const auto at_px = view_.spot_from_pixel(blob.centre_px))
-      spots.push_back(spot_of(blob, *at_px));
-
+  const std::vector<Spot> spots = spots_of(frame, view_);
   for (const auto& lamp : lamps_) lamp->predict(dt_s, view_);
   const Eigen::Vector2d shift_px = common_shift(lamps_, spots, reach_px_);
   if (!shift_px.isZero())
@@ -94,13 +90,6 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
   end_lost(frame, ended);
   name_kinds(frame, spots);
   return ended;
-}
-
-// Lit road, walls and glare on the windscreen: wide for a lamp at that place, and nowhere clipped.
-bool Tracker::Impl::is_diffuse(const Blob& blob, const LampPlace& place) const {
-  constexpr double kBlur_px = 2.5, kLamp_m = 0.15;
-  const double lamp_px = kLamp_m * place.inverse_depth_per_m * view_.focal_px();
-  return blob.saturated_px == 0 && blob.spread_px.minCoeff() > kBlur_px + lamp_px;
 }
 
 // A vehicle whose pair has held for a second or so shows how strong lamps are here.

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kFaintPair = 2.5, kFaintSingle = 1.5;
 constexpr double kLeastPairShare = 0.15;
-constexpr double kMostChi2 = 9.0;
+constexpr double kMostChi2 = 11.0;
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -68,12 +68,14 @@ double slope_of(const std::vector<double>& times, const std::vector<double>& val
 }
 
 // Fainter than the lamps of this scene by more than beams and weather explain.
-bool too_faint(const std::vector<double>& strengths, LampKind kind, const LightScale& lights,
-               double allowed_ln) {
-  constexpr double kUnderTailLamps = 1.0;  // no headlamp is much weaker than tail lamps
+bool too_faint(const std::vector<double>& strengths, double clipped_share, LampKind kind,
+               const LightScale& lights, double allowed_ln) {
+  constexpr double kHiddenByClippingLn = 2.0;  // a clipped lamp is at least as bright as measured
+  constexpr double kUnderTailLamps = 1.0;      // no headlamp is much weaker than tail lamps
   const std::optional<double> typical = lights.typical(kind);
   const std::optional<double> tail = lights.typical(LampKind::taillamp);
   const double strength = median(strengths);
+  allowed_ln += kHiddenByClippingLn * clipped_share;
   return (typical && strength < *typical - allowed_ln) ||
          (kind == LampKind::headlamp && tail && strength < *tail - kUnderTailLamps);
 }
@@ -167,6 +169,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       all_records(vehicle.past_right, vehicle.right, vehicle.cut_after);
   std::vector<PairLook> looks;
   std::vector<double> laterals_m, strengths, reddish;
+  int clipped = 0;
   track.sightings.clear();
   for (std::size_t i = 0, j = 0; i < left.size() || j < right.size();) {
     const bool use_left = j == right.size() || (i < left.size() && left[i].frame <= right[j].frame);
@@ -186,6 +189,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       looks.push_back({seconds_of(first.time), view.place(middle_px).slope_down,
                        fit.inverse_depth_per_m, fit.width_per_depth, middle_px});
       laterals_m.push_back(view.road_at(middle_px, fit.inverse_depth_per_m).lateral_m);
+      clipped += left[i].sighting.saturated_px > 0 && right[j].sighting.saturated_px > 0;
       reddish.push_back(0.5 * (left[i].reddish + right[j].reddish));
       const double flux = std::min(left[i].sighting.flux, right[j].sighting.flux);
       strengths.push_back(std::log(std::max(flux, 1e-9)) - 2.0 * std::log(fit.inverse_depth_per_m));
@@ -215,7 +219,8 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   constexpr double kSecondShare = 0.4;
   if (vehicle.second_on_body > kSecondShare * vehicle.both_seen) return Verdict::reflection;
   if ((!vehicle.cut_after && vehicle.chi2 > kMostChi2) ||
-      too_faint(strengths, vehicle.kind, lights, kFaintPair) ||
+      too_faint(strengths, clipped / static_cast<double>(looks.size()), vehicle.kind, lights,
+                kFaintPair) ||
       static_cast<double>(looks.size()) < pair_share * static_cast<double>(track.sightings.size()))
     return Verdict::undecided;
   if (beside_the_road(laterals_m, view)) return Verdict::off_road;
@@ -268,7 +273,9 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
     laterals_m.push_back(at.lateral_m);
     track.sightings.push_back({record.frame, record.time, sighting_of(record), std::nullopt});
   }
-  if (lamp.sightings() < kFewestSingle || too_faint(strengths, lamp.kind(), lights, kFaintSingle) ||
+  if (lamp.sightings() < kFewestSingle ||
+      too_faint(strengths, clipped / static_cast<double>(lamp.records.size()), lamp.kind(), lights,
+                kFaintSingle) ||
       2 * below < lamp.sightings() ||
       (lights.usually_clips(lamp.kind()) && 2 * clipped < lamp.sightings()))
     return Verdict::undecided;

@@ -17,7 +17,8 @@ struct Road {
     blob.centre_px = *camera.project({70.0 - 0.5 * static_cast<double>(frame), y_m, 0.68});
     blob.flux = 100.0;
     blob.kind = LampKind::headlamp;
-    return spot_of(blob, *view.spot_from_pixel(blob.centre_px));
+    return {&blob, *view.spot_from_pixel(blob.centre_px), 0.5, blob.centre_px,
+            blob.centre_sigma_px};
   }
 
   Lamp lamp(std::int64_t from, std::int64_t to, double y_m) const {

@@ -1,0 +1,66 @@
+#include "track/spots.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vildar {
+namespace {
+
+double width_px(const PixelBox& box) { return box.u_max - box.u_min + 1.0; }
+double height_px(const PixelBox& box) { return box.v_max - box.v_min + 1.0; }
+
+bool is_drawn_out(const Blob& blob) {
+  constexpr double kTall = 1.6, kLeast_px = 8.0;
+  return blob.kind != LampKind::taillamp && height_px(blob.box) >= kLeast_px &&
+         height_px(blob.box) > kTall * width_px(blob.box);
+}
+
+// A light in the same column whose own mirror image the streak could be: no farther above it than
+// the streak is long a few times over.
+bool shines_above(const Blob& lamp, const Blob& streak) {
+  constexpr double kColumnShare = 0.8, kColumn_px = 1.5, kReach = 3.0;
+  if (&lamp == &streak || lamp.kind == LampKind::other) return false;
+  const double off_px = std::abs(lamp.centre_px.x() - streak.centre_px.x());
+  if (off_px > kColumn_px + kColumnShare * width_px(streak.box)) return false;
+  const double gap_px = streak.box.v_min - lamp.centre_px.y();
+  return gap_px > -0.5 * width_px(streak.box) && gap_px < kReach * height_px(streak.box);
+}
+
+Spot spot_of(const Blob& blob, const Eigen::Vector2d& centre_px, const Eigen::Vector2d& at_px) {
+  constexpr double kFloor_px = 0.3, kShareOfSize = 0.06;
+  Spot spot;
+  spot.blob = &blob;
+  spot.at_px = at_px;
+  spot.centre_px = centre_px;
+  spot.centre_sigma_px = blob.centre_sigma_px;
+  const double size_px = std::max(width_px(blob.box), height_px(blob.box));
+  spot.sigma_px = std::hypot(blob.centre_sigma_px.maxCoeff(), kFloor_px + kShareOfSize * size_px);
+  return spot;
+}
+
+}  // namespace
+
+std::vector<Spot> spots_of(const BlobFrame& frame, const RoadView& view) {
+  constexpr double kTopShare = 0.25;  // of the width, how well the top tells where the lamp is
+  std::vector<Spot> spots;
+  for (const Blob& blob : frame.blobs) {
+    Eigen::Vector2d centre_px = blob.centre_px;
+    const bool drawn_out = is_drawn_out(blob);
+    const bool streak =
+        drawn_out && std::any_of(frame.blobs.begin(), frame.blobs.end(),
+                                 [&](const Blob& lamp) { return shines_above(lamp, blob); });
+    if (drawn_out && !streak) centre_px.y() = blob.box.v_min + 0.5 * (width_px(blob.box) - 1.0);
+    const auto at_px = view.spot_from_pixel(centre_px);
+    if (!at_px) continue;
+    Spot& spot = spots.emplace_back(spot_of(blob, centre_px, *at_px));
+    spot.streak = streak;
+    if (drawn_out && !streak) {
+      spot.with_streak = true;
+      spot.centre_sigma_px.y() =
+          std::hypot(spot.centre_sigma_px.y(), kTopShare * width_px(blob.box));
+    }
+  }
+  return spots;
+}
+
+}  // namespace vildar
