@@ -6,6 +6,7 @@
 
 #include "config/site_file.h"
 #include "core/atomic_file.h"
+#include "core/error.h"
 #include "evaluate/report.h"
 #include "pipelines/commands.h"
 
@@ -20,13 +21,23 @@ struct EvaluateArguments {
   bool json = false;
 };
 
+// A site file beside the truth is an input like the others, not one the user wrote for this
+// command.
+Site site_of(const std::filesystem::path& file) {
+  try {
+    return load_site(file);
+  } catch (const ConfigError& error) {
+    throw InputError(error.what());
+  }
+}
+
 // The road frame has its origin below the mast, but a site may place its camera elsewhere; and it
 // alone knows of a rolling shutter.
 EvaluateOptions options_of(const std::filesystem::path& truth_folder) {
   EvaluateOptions options;
   const std::filesystem::path file = truth_folder / "site.yaml";
   if (!std::filesystem::exists(file)) return options;
-  const Site site = load_site(file);
+  const Site site = site_of(file);
   if (!site.camera) return options;
   options.camera_xy_m = {site.camera->position_m[0].mean, site.camera->position_m[1].mean};
   options.rolling_shutter_s = site.camera->rolling_shutter_s;

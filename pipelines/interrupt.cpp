@@ -1,16 +1,31 @@
 #include "pipelines/interrupt.h"
 
-#include <csignal>
-
 namespace vildar {
 namespace {
-volatile std::sig_atomic_t interrupted = 0;
+
+volatile std::sig_atomic_t received_signal = 0;
+
+extern "C" void remember_signal(int signal) { received_signal = signal; }
+
+}  // namespace
+
+InterruptScope::InterruptScope() {
+  received_signal = 0;
+  struct sigaction once {};
+  once.sa_handler = remember_signal;
+  once.sa_flags = SA_RESETHAND | SA_RESTART;
+  ::sigemptyset(&once.sa_mask);
+  ::sigaction(SIGINT, &once, &on_interrupt_before_);
+  ::sigaction(SIGTERM, &once, &on_terminate_before_);
 }
 
-extern "C" void request_interrupt(int) { interrupted = 1; }
+InterruptScope::~InterruptScope() {
+  ::sigaction(SIGINT, &on_interrupt_before_, nullptr);
+  ::sigaction(SIGTERM, &on_terminate_before_, nullptr);
+}
 
 void throw_if_interrupted() {
-  if (interrupted != 0) throw Interrupted();
+  if (received_signal != 0) throw Interrupted(received_signal);
 }
 
 }  // namespace vildar

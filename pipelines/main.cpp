@@ -1,4 +1,4 @@
-#include <csignal>
+#include <cstdio>
 #include <exception>
 #include <iostream>
 
@@ -16,10 +16,18 @@ constexpr int kInternalError = 1;
 constexpr int kUsage = 2;
 constexpr int kInputUnreadable = 3;
 constexpr int kOutputUnwritable = 5;
+constexpr int kKilledBySignal = 128;  // plus its number, as shells report it
 
 int failed(int code, const std::exception& error) {
   std::cerr << "vildar: " << error.what() << '\n';
   return code;
+}
+
+// With --json, standard output is the result: a full disk there must not look like success.
+void check_standard_output() {
+  std::cout.flush();
+  if (!std::cout || std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+    throw vildar::OutputError("standard output cannot be written; look for space where it goes to");
 }
 
 }  // namespace
@@ -38,13 +46,13 @@ int main(int argc, char** argv) {
   vildar::add_evaluate(program, exit_code);
   vildar::add_simulate(program, exit_code);
 
-  std::signal(SIGINT, vildar::request_interrupt);
-  std::signal(SIGTERM, vildar::request_interrupt);
   try {
     program.parse(argc, argv);
+    check_standard_output();
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return program.exit(error);
-    std::cerr << "vildar: " << error.what() << "; see `vildar --help` and `vildar SUBCOMMAND --help`\n";
+    std::cerr << "vildar: " << error.what()
+              << "; see `vildar --help` and `vildar SUBCOMMAND --help`\n";
     return kUsage;
   } catch (const vildar::ConfigError& error) {
     return failed(kUsage, error);
@@ -52,6 +60,8 @@ int main(int argc, char** argv) {
     return failed(kInputUnreadable, error);
   } catch (const vildar::OutputError& error) {
     return failed(kOutputUnwritable, error);
+  } catch (const vildar::Interrupted& interrupted) {
+    return failed(kKilledBySignal + interrupted.signal(), interrupted);
   } catch (const std::exception& error) {
     return failed(kInternalError, error);
   }

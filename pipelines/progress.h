@@ -11,7 +11,8 @@ namespace vildar {
 /// a second; the line is wiped at the end.
 class Progress {
  public:
-  Progress(std::string what, std::optional<std::int64_t> total);
+  /// `units` names what is counted, e.g. "frames".
+  Progress(std::string what, std::optional<std::int64_t> total, std::string units);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -21,6 +22,7 @@ class Progress {
  private:
   std::string what_;
   std::optional<std::int64_t> total_;
+  std::string units_;
   bool terminal_;
   std::chrono::steady_clock::time_point started_;
   std::chrono::steady_clock::time_point drawn_;

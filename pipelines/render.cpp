@@ -8,6 +8,7 @@
 
 #include "core/atomic_file.h"
 #include "pipelines/commands.h"
+#include "pipelines/interrupt.h"
 #include "pipelines/progress.h"
 #include "synth/frame_times.h"
 #include "synth/random_scene.h"
@@ -29,7 +30,8 @@ struct RenderArguments {
 // Folders 0001, 0002, ... of scenes that priors allow, each with its scenario.
 void run_random(const RenderArguments& arguments) {
   const ScenePreset preset = *preset_of(arguments.preset);
-  Progress progress("rendering", arguments.random);
+  const InterruptScope interruptible;
+  Progress progress("rendering", arguments.random, "scenes");
   nlohmann::json folders = nlohmann::json::array();
   for (int i = 1; i <= arguments.random; ++i) {
     std::string name = std::to_string(i);
@@ -38,7 +40,10 @@ void run_random(const RenderArguments& arguments) {
     const std::filesystem::path file = folder / "scenario.yaml";
     write_file_atomically(
         file, random_scenario_yaml(preset, arguments.seed, static_cast<std::uint64_t>(i)));
-    if (!arguments.scenario_only) render(load_scenario(file), folder, {});
+    if (!arguments.scenario_only)
+      render(load_scenario(file), folder,
+             [](std::int64_t, std::int64_t) { throw_if_interrupted(); });
+    throw_if_interrupted();
     folders.push_back(folder.string());
     if (!arguments.json) std::cout << folder.string() << '\n';
     progress.update(i);
@@ -48,11 +53,16 @@ void run_random(const RenderArguments& arguments) {
 
 void run_render(const RenderArguments& arguments) {
   const Scenario scenario = load_scenario(arguments.scenario);
-  Progress progress("rendering", scenario.site.camera
-                                     ? std::optional<std::int64_t>(frame_count(scenario))
-                                     : std::nullopt);
-  const std::vector<std::filesystem::path> written = render(
-      scenario, arguments.out, [&](std::int64_t done, std::int64_t) { progress.update(done); });
+  const InterruptScope interruptible;
+  Progress progress(
+      "rendering",
+      scenario.site.camera ? std::optional<std::int64_t>(frame_count(scenario)) : std::nullopt,
+      "frames");
+  const std::vector<std::filesystem::path> written =
+      render(scenario, arguments.out, [&](std::int64_t done, std::int64_t) {
+        throw_if_interrupted();
+        progress.update(done);
+      });
   if (arguments.json) {
     nlohmann::json result;
     for (const auto& file : written) result["files"].push_back(file.string());

@@ -49,7 +49,7 @@ void add_run(CLI::App& program, int& exit_code) {
       "  vildar run --photodiode trace.csv --site site.yaml --out results\n\n"
       "Writes speeds.csv, methods.csv, tracks.csv, run.json and report.html to the output folder.\n"
       "Exit codes: 0 done; 2 usage or site file; 3 input unreadable; 4 done, but an input was\n"
-      "damaged; 5 output cannot be written; 1 internal error.");
+      "damaged; 5 output cannot be written; 1 internal error; 130 or 143 interrupted.");
   command->add_option("clip", options->clip, "Video of any container and codec that FFmpeg reads");
   command->add_option("--photodiode", options->photodiode, "Photodiode trace (CSV)");
   command->add_option("--site", options->site, "Site file (YAML)")->required();
@@ -59,7 +59,7 @@ void add_run(CLI::App& program, int& exit_code) {
   command->add_option("--threads", options->clip_options.decoder_threads, "Decoder threads")
       ->capture_default_str();
   command->add_flag("--fast", options->clip_options.skip_loop_filter,
-                    "Skip the H.264 loop filter: about a fifth faster, lamps shift by about 0.01 px");
+                    "Skip the H.264 loop filter: faster, lamps shift by a little (docs/results.md)");
   command->add_flag("--annotate", options->annotate, "Also write annotated.mp4");
   command->add_flag("--blobs", options->blobs, "Also write blobs.csv, every light of every frame");
   command->add_flag("--json", *json, "Print run.json on standard output in place of the table");
@@ -68,7 +68,7 @@ void add_run(CLI::App& program, int& exit_code) {
     for (const std::string& warning : outcome.summary.warnings)
       std::cerr << "vildar: warning: " << warning << '\n';
     if (*json) {
-      std::cout << run_json_text(outcome.summary, outcome.vehicles) << '\n';
+      std::cout << run_json_text(outcome.summary, outcome.vehicles);
     } else {
       print_table(outcome);
     }

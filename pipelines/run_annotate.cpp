@@ -32,7 +32,7 @@ void annotate_clip(const RunOptions& options, const ClipMeasurement& measurement
 
   std::map<int, std::deque<Eigen::Vector2d>> trails;
   auto next = measurement.sightings.begin();
-  Progress progress("annotating", measurement.counts.frames_read);
+  Progress progress("annotating", measurement.counts.frames_read, "frames");
   while (const std::optional<Frame> frame = clip.next()) {
     throw_if_interrupted();
     std::vector<AnnotationBox> boxes;

@@ -205,12 +205,13 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
   Detector detector(DetectOptions{}, Response(*site.camera), site.camera->exposure_s);
   Tracker tracker(TrackOptions{}, site);
   Measuring measuring(options, site, traces, tracks, measurement);
-  Progress progress("measuring", clip.info().frames_declared);
+  Progress progress("measuring", clip.info().frames_declared, "frames");
   StageTimer timer(measurement.timings_s);
   while (const std::optional<Frame> frame = clip.next()) {
     throw_if_interrupted();
     timer.charge("decode");
     measurement.last_frame_s = seconds_of(frame->time);
+    if (frame->damaged) continue;  // what it shows may never have been; a gap does no harm
     BlobFrame found = detector.detect(*frame);
     measurement.blobs += static_cast<std::int64_t>(found.blobs.size());
     timer.charge("detect");

@@ -94,7 +94,7 @@ std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
   }
 }
 
-void describe_clip(const ClipMeasurement& measurement, const RunOptions& options, RunSummary& summary) {
+void describe_clip(const ClipMeasurement& measurement, RunSummary& summary) {
   const ClipInfo& info = measurement.info;
   summary.clip = ClipSummary{info.container,    info.codec,       info.pixel_format,
                              info.width_px,     info.height_px,   info.rotation_deg,
@@ -103,6 +103,7 @@ void describe_clip(const ClipMeasurement& measurement, const RunOptions& options
   const ClipCounts& counts = measurement.counts;
   summary.counts["frames_read"] = counts.frames_read;
   summary.counts["frames_damaged"] = counts.frames_damaged;
+  summary.counts["frames_after_damage"] = counts.frames_after_damage;
   summary.counts["frames_dropped"] = counts.frames_dropped;
   summary.counts["frames_of_other_size"] = counts.frames_of_other_size;
   summary.counts["packets_damaged"] = counts.packets_damaged;
@@ -113,9 +114,6 @@ void describe_clip(const ClipMeasurement& measurement, const RunOptions& options
   summary.counts["short_tracks"] = measurement.track_counts.short_tracks;
   summary.timings_s.insert(measurement.timings_s.begin(), measurement.timings_s.end());
   append(summary.warnings, counts.warnings);
-  if (counts.truncated)
-    summary.warnings.push_back(options.clip->string() + ": ends early; the " +
-                               std::to_string(counts.frames_read) + " frames that are there were used");
   summary.damaged |= counts.damaged();
 }
 
@@ -123,9 +121,20 @@ std::vector<VehicleResult> measure_passes(const Site& site, const std::vector<Po
   std::vector<VehicleResult> vehicles;
   if (traces.empty()) return vehicles;
   const std::vector<PowerPass> passes = find_passes(traces.front());
-  for (std::size_t i = 0; i < passes.size(); ++i)
+  for (std::size_t i = 0; i < passes.size(); ++i) {
+    throw_if_interrupted();
     vehicles.push_back(estimate_pass(passes[i], static_cast<int>(i) + 1, site, traces));
+  }
   return vehicles;
+}
+
+// A folder holds one run: what this one does not write must not stand beside its speeds.
+void remove_of_earlier_run(const fs::path& file) {
+  std::error_code error;
+  fs::remove(file, error);
+  if (error)
+    throw OutputError(file.string() + ": of an earlier run, cannot be removed: " + error.message() +
+                      "; remove it, or choose another folder");
 }
 
 void collect_vehicle_warnings(const std::vector<VehicleResult>& vehicles, RunSummary& summary) {
@@ -137,6 +146,7 @@ void collect_vehicle_warnings(const std::vector<VehicleResult>& vehicles, RunSum
 }  // namespace
 
 RunOutcome run_pipeline(const RunOptions& options) {
+  const InterruptScope interruptible;
   const Site site = load_site(options.site);
   check_usage(options, site);
 
@@ -148,6 +158,10 @@ RunOutcome run_pipeline(const RunOptions& options) {
   summary.speed_limit_mps = site.road.speed_limit_mps;
   summary.options = options_in_force(options);
   summary.inputs.push_back(describe_input("site", options.site));
+  if (site.ego && !site.ego->trace_path.empty())
+    summary.inputs.push_back(describe_input("ego", site.ego->trace_path));
+  if (site.channel && site.channel->beam.ends_with(".ies"))
+    summary.inputs.push_back(describe_input("beam", site.channel->beam));
   if (options.clip) summary.inputs.push_back(describe_input("clip", *options.clip));
 
   std::vector<TrackPlot> plots;
@@ -160,7 +174,7 @@ RunOutcome run_pipeline(const RunOptions& options) {
     if (options.blobs) blobs.emplace(options.out / "blobs.csv");
     ClipMeasurement measurement =
         measure_clip(clip, options, site, traces, tracks, blobs ? &*blobs : nullptr);
-    describe_clip(measurement, options, summary);
+    describe_clip(measurement, summary);
     if (options.annotate) annotate_clip(options, measurement);
     outcome.vehicles = std::move(measurement.vehicles);
     plots = std::move(measurement.plots);
@@ -175,6 +189,8 @@ RunOutcome run_pipeline(const RunOptions& options) {
   write_speeds(options.out / "speeds.csv", outcome.vehicles);
   write_methods(options.out / "methods.csv", outcome.vehicles);
   write_report(options.out / "report.html", summary, outcome.vehicles, plots);
+  if (!options.annotate) remove_of_earlier_run(options.out / "annotated.mp4");
+  if (!options.blobs) remove_of_earlier_run(options.out / "blobs.csv");
   write_run_json(options.out / "run.json", summary, outcome.vehicles);
   return outcome;
 }

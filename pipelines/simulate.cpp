@@ -79,7 +79,7 @@ void run_simulate(SimulateArguments& arguments, const std::string& settings) {
   std::vector<simulate::Report> reports;
   std::int64_t done = 0;
   Progress progress("simulating",
-                    static_cast<std::int64_t>(all ? simulate::experiments().size() : 1));
+                    static_cast<std::int64_t>(all ? simulate::experiments().size() : 1), "experiments");
   for (const simulate::Experiment& experiment : simulate::experiments()) {
     if (!all && experiment.name != arguments.experiment) continue;
     reports.push_back(experiment.run(options));

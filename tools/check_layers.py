@@ -22,7 +22,7 @@ ALLOWED = {
     "simulate": NOUNS | {"estimate"},
 }
 FREE = {"pipelines", "tools", "tests"}
-INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"')
+INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]')
 MAIN = re.compile(r"^\s*int\s+main\s*\(")
 
 
@@ -51,7 +51,7 @@ def violations(root: pathlib.Path):
                     yield f"{place}: {room} includes {other}/"
                 elif other in rooms and other not in allowed:
                     yield f"{place}: {room} includes {other}; it may include {', '.join(sorted(allowed))}"
-                elif "/" not in found.group(1):
+                elif '"' in line and "/" not in found.group(1):
                     yield f"{place}: include \"{found.group(1)}\" must name its room"
 
 

@@ -46,6 +46,10 @@ def main() -> int:
         print(__doc__, file=sys.stderr)
         return 2
     program, names = words[0], words[1:]
+    known = {scenario.parent.name for scenario in SAMPLES.glob("*/scenario.yaml")}
+    if not known.issuperset(names):
+        print(f"no such sample: {', '.join(set(names) - known)}; there are {', '.join(sorted(known))}", file=sys.stderr)
+        return 2
     for scenario in sorted(SAMPLES.glob("*/scenario.yaml")):
         folder = scenario.parent
         if names and folder.name not in names:

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Installs what is needed, builds with warnings as errors, runs every test, then the unit tests again
-# under the address and undefined-behaviour sanitizers. Safe to run again.
+# Installs what is needed, builds with warnings as errors, runs every test but the long studies
+# (ctest --test-dir build/ci -L study), then the unit tests again under the address and
+# undefined-behaviour sanitizers. Safe to run again.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

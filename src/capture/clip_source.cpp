@@ -61,6 +61,7 @@ struct ClipSource::Impl {
   std::optional<DecodedPicture> ahead;  ///< decoded already, given next
   int stored_width_px = 0, stored_height_px = 0;
   bool finished = false, interlaced = false;
+  bool after_damage = false;  ///< a damaged picture came and no key frame since
   std::int64_t first_damaged = 0, first_of_other_size = 0;
   ClipInfo info;
   ClipCounts counts;
@@ -194,9 +195,17 @@ std::optional<Frame> ClipSource::Impl::next() {
     frame.time = time_of(*decoded);
     frame.index = counts.frames_read++;
     frame.rotation_deg = info.rotation_deg;
-    frame.damaged = decoded->damaged;
+    if (decoded->damaged)
+      after_damage = true;
+    else if (decoded->picture->key_frame != 0)
+      after_damage = false;
+    frame.damaged = after_damage;
     interlaced = interlaced || decoded->picture->interlaced_frame != 0;
-    if (frame.damaged && counts.frames_damaged++ == 0) first_damaged = frame.index;
+    if (decoded->damaged) {
+      if (counts.frames_damaged++ == 0) first_damaged = frame.index;
+    } else if (frame.damaged) {
+      ++counts.frames_after_damage;
+    }
     const SharedPicture readable = with_luma(decoded->picture);
     const bool fits =
         decoded->picture->width == stored_width_px && decoded->picture->height == stored_height_px;
@@ -235,8 +244,11 @@ void ClipSource::Impl::finish() {
   if (counts.frames_damaged > 0 || counts.packets_damaged > 0)
     warn(number(counts.frames_damaged) + " of " + number(counts.frames_read) +
          " frames are damaged" +
-         (counts.frames_damaged > 0 ? ", the first is frame " + number(first_damaged) : "") + " (" +
-         number(counts.packets_damaged) + " bad packets" +
+         (counts.frames_damaged > 0 ? ", the first is frame " + number(first_damaged) : "") +
+         (counts.frames_after_damage > 0
+              ? ", and " + number(counts.frames_after_damage) + " up to the next key frame rest on them"
+              : "") +
+         " (" + number(counts.packets_damaged) + " bad packets" +
          (lines.empty() ? "" : ": " + joined(lines)) + "); copy the clip from the recorder again");
   if (counts.frames_of_other_size > 0)
     warn(number(counts.frames_of_other_size) + " frames are not " + number(stored_width_px) +

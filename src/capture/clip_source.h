@@ -42,6 +42,9 @@ struct ClipInfo {
 struct ClipCounts {
   std::int64_t frames_read = 0;     ///< pictures decoded, those of another size included
   std::int64_t frames_damaged = 0;  ///< of those: the decoder reported errors in them
+  /// Of those read: sound by themselves, but between a damaged one and the next key frame, so that
+  /// what they show may be predicted from the damage.
+  std::int64_t frames_after_damage = 0;
   std::int64_t packets_damaged = 0;
   std::int64_t frames_dropped =
       0;  ///< by the recorder, estimated from gaps in time; 0 at a variable rate
@@ -68,7 +71,8 @@ struct ClipCounts {
 /// unless the next frame carries on from it; one as far behind from which the next frame carries on
 /// is a clock that started again, and time goes on without a break. All are counted.
 ///
-/// Damaged packets are survived: the frames they leave are given with `damaged` set. Frame::index
+/// Damaged packets are survived: the frames they leave, and those after them up to the next key
+/// frame, are given with `damaged` set. Frame::index
 /// counts every decoded picture, so it has gaps where pictures of another size were left out. One
 /// thread at a time may use a source.
 class ClipSource {

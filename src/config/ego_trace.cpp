@@ -140,6 +140,10 @@ std::vector<EgoSample> read_ego_trace(const fs::path& file, std::vector<Problem>
   int number = 0;
   while (std::getline(stream, line))
     if (!reader.take(line, ++number)) return {};
+  if (stream.bad()) {
+    reader.problem(number, "", "cannot be read any further", "copy it again");
+    return {};
+  }
   reader.end();
   return std::move(reader.samples);
 }

@@ -10,6 +10,9 @@ namespace vildar {
 namespace {
 
 constexpr NumberRule kPixels{1.0, 100'000.0, false, false};
+constexpr NumberRule kFocal_px{1.0, 1e6, false, false};
+constexpr NumberRule kExposure_s{0.0, 10.0, true, false};
+constexpr NumberRule kRollingShutter_s{0.0, 1.0, false, false};
 
 void read_distortion(const YamlMap& map, CameraSite& camera) {
   const auto item = map.find("distortion");
@@ -43,6 +46,20 @@ void read_distortion(const YamlMap& map, CameraSite& camera) {
     return;
   }
   std::copy(coefficients.begin(), coefficients.end(), camera.distortion_coefficients.begin());
+}
+
+// A lens may look off its sensor's middle, also far for a cropped picture, but not by pictures.
+void read_principal(const YamlMap& map, CameraSite& camera) {
+  if (!map.require("principal_px", camera.principal_px)) return;
+  const std::array<int, 2> size_px{camera.width_px, camera.height_px};
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (size_px[i] <= 0) continue;
+    const double low = -1.0 * size_px[i], high = 2.0 * size_px[i];
+    if (camera.principal_px[i] < low || camera.principal_px[i] > high)
+      map.problem("principal_px",
+                  number_text(camera.principal_px[i]) + " is far outside the picture",
+                  "must be from " + number_text(low) + " to " + number_text(high));
+  }
 }
 
 void read_response(const YamlMap& map, CameraSite& camera) {
@@ -86,18 +103,20 @@ CameraSite read_camera(const YamlMap& map) {
   map.require("image_size_px", size_px, kPixels);
   camera.width_px = size_px[0];
   camera.height_px = size_px[1];
-  map.require("focal_px", camera.focal_px, kPositive);
-  map.require("principal_px", camera.principal_px);
+  map.require("focal_px", camera.focal_px, kFocal_px);
+  read_principal(map, camera);
   read_distortion(map, camera);
-  map.require("position_m", camera.position_m);
+  if (map.require("position_m", camera.position_m) && !(camera.position_m[2].mean > 0.0))
+    map.problem("position_m", "z is " + number_text(camera.position_m[2].mean),
+                "must be > 0: z is the height above the road surface");
   // An angle left out is unknown, not zero: a level camera looking up-road, give or take this much.
   camera.yaw_rad = camera.pitch_rad = {0.0, radians_from_degrees(5.0)};
   camera.roll_rad = {0.0, radians_from_degrees(2.0)};
   map.read_degrees("yaw_deg", camera.yaw_rad);
   map.read_degrees("pitch_deg", camera.pitch_rad, kPitch_deg);
   map.read_degrees("roll_deg", camera.roll_rad);
-  map.read("exposure_s", camera.exposure_s, kPositive);
-  map.read("rolling_shutter_s", camera.rolling_shutter_s, kNotNegative);
+  map.read("exposure_s", camera.exposure_s, kExposure_s);
+  map.read("rolling_shutter_s", camera.rolling_shutter_s, kRollingShutter_s);
   read_response(map, camera);
   map.read("gain_db", camera.gain_db);
   map.read("path_loss_exponent", camera.path_loss_exponent, kPositive);

@@ -17,6 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr NumberRule kHalfField_deg{0.0, 90.0, true, false};
+constexpr NumberRule kMains_hz{10.0, 1000.0, false, false};
 constexpr NumberRule kHalfPower_deg{0.0, 90.0, true, true};
 
 PhotodiodeSite read_photodiode(const YamlMap& map, bool alone) {
@@ -183,7 +184,7 @@ Site read_site(const YamlMap& map) {
   site.photodiodes = read_photodiodes(map);
   if (!map.has("camera") && !map.has("photodiodes") && !map.has("photodiode"))
     map.problem("", "has neither a camera nor a photodiode", "add `camera:` or `photodiodes:`");
-  map.read("mains_hz", site.mains_hz, kPositive);
+  map.read("mains_hz", site.mains_hz, kMains_hz);
   if (const auto road = map.map("road")) site.road = read_road(*road);
   if (const auto lamps = map.map("lamps")) {
     lamps->read("height_m", site.lamps.height_m, kPositive);

@@ -63,6 +63,7 @@ void AtomicFile::commit() {
   fs::rename(part_path_, path_, error);
   if (error) fail(path_, "cannot be put in place", error.value());
   committed_ = true;
+  flush_to_disk(part_path_.parent_path());
 }
 
 void write_file_atomically(const fs::path& path, std::string_view text) {

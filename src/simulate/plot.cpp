@@ -50,7 +50,7 @@ struct Axis {
   bool shows(double value) const { return std::isfinite(value) && (!log || value > 0.0); }
 
   void settle() {
-    if (!(low < high)) {
+    if (!(high - low > 1e-9 * std::max(std::abs(low), std::abs(high)))) {
       if (!std::isfinite(low)) low = high = log ? 1.0 : 0.0;
       low = log ? low / 2.0 : low - 0.5;
       high = log ? high * 2.0 : high + 0.5;

@@ -68,7 +68,8 @@ std::string report_head(const RunSummary& summary, std::span<const VehicleResult
   }
   if (summary.speed_limit_mps)
     html += tile(std::to_string(over_limit),
-                 "surely above " + fixed_text(kmh_from_mps(*summary.speed_limit_mps), 0) + " km/h");
+                 "above " + fixed_text(kmh_from_mps(*summary.speed_limit_mps), 0) +
+                     " km/h with 97.5 % probability or more");
   return html + "</ul>";
 }
 

@@ -56,7 +56,7 @@ std::string report_making(const RunSummary& summary) {
       rows += named(spaced(reason), std::to_string(count));
     html += block("Samples left out" + (photodiode.empty() ? "" : ", " + photodiode), rows);
   }
-  html += block("Time taken", timings) + block("Options", options) + "</div>";
+  html += block("CPU time", timings) + block("Options", options) + "</div>";
   if (!summary.settings_yaml.empty())
     html += "<details><summary>Site file in force</summary><div class=\"inside\"><pre>" +
             escaped(summary.settings_yaml) + "</pre></div></details>";

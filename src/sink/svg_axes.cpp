@@ -17,7 +17,13 @@ Ticks nice_ticks(double low, double high, int wanted) {
   ticks.digits = std::clamp(static_cast<int>(-std::floor(std::log10(ticks.step) + 1e-9)), 0, 9);
   const double first = std::ceil(low / ticks.step - 1e-9);
   const double last = std::floor(high / ticks.step + 1e-9);
-  for (double i = first; i <= last; i += 1.0) ticks.at.push_back(i == 0.0 ? 0.0 : i * ticks.step);
+  // Where the range is mere rounding of its ends, first + 1 may equal first: the count is an
+  // integer.
+  const int count = static_cast<int>(std::clamp(last - first + 1.0, 0.0, 2.0 * wanted + 2.0));
+  for (int i = 0; i < count; ++i) {
+    const double at = first + i;
+    ticks.at.push_back(at == 0.0 ? 0.0 : at * ticks.step);
+  }
   return ticks;
 }
 

@@ -22,7 +22,8 @@ struct Extent {
   /// Some air around the data, and a width above zero.
   void widen(double share) {
     const double span = high - low;
-    const double air = span > 0.0 ? share * span : std::max(0.05 * std::abs(low), 1e-3);
+    const double rounding = 1e-9 * std::max(std::abs(low), std::abs(high));
+    const double air = span > rounding ? share * span : std::max(0.05 * std::abs(low), 1e-3);
     low -= air;
     high += air;
   }

@@ -178,8 +178,9 @@ void VideoEncoder::add(const cv::Mat& picture, std::int64_t ticks) {
       picture.rows != parts.encoder->height)
     throw std::invalid_argument("VideoEncoder: picture must be 8-bit BGR of the format's size");
   parts.check(av_frame_make_writable(parts.frame.get()), "picture buffer");
-  const std::array<const std::uint8_t*, 1> source{picture.data};
-  const std::array<int, 1> stride_bytes{static_cast<int>(picture.step)};
+  // libswscale reads four planes' worth of both, whatever the format.
+  const std::array<const std::uint8_t*, 4> source{picture.data};
+  const std::array<int, 4> stride_bytes{static_cast<int>(picture.step)};
   sws_scale(parts.scaler.get(), source.data(), stride_bytes.data(), 0, picture.rows,
             parts.frame->data, parts.frame->linesize);
   parts.frame->pts = ticks;

@@ -64,7 +64,7 @@ struct Frame {
   LumaView luma;
   ChromaView chroma;
   int rotation_deg = 0;    ///< clockwise turn, 0/90/180/270, that shows the picture upright
-  bool damaged = false;    ///< the decoder reported errors in it
+  bool damaged = false;    ///< the decoder reported errors in it, or in one it may be predicted from
 };
 
 }  // namespace vildar

@@ -1,10 +1,11 @@
+#include <sys/wait.h>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
-#include <sys/wait.h>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 namespace vildar {
 namespace {
@@ -36,8 +37,8 @@ class Cli : public testing::Test {
 
   Ran run(const std::string& arguments) const {
     const fs::path out = folder_ / "stdout", err = folder_ / "stderr";
-    const int status = std::system((std::string(VILDAR_PROGRAM) + " " + arguments + " >" + out.string() +
-                                    " 2>" + err.string() + " </dev/null")
+    const int status = std::system((std::string(VILDAR_PROGRAM) + " " + arguments + " >" +
+                                    out.string() + " 2>" + err.string() + " </dev/null")
                                        .c_str());
     return {WEXITSTATUS(status), content(out), content(err)};
   }
@@ -56,10 +57,12 @@ TEST_F(Cli, HelpAndVersionSucceed) {
   const Ran version = run("--version");
   EXPECT_EQ(version.code, 0);
   EXPECT_EQ(version.out.rfind("vildar ", 0), 0U);
-  for (const char* command : {"run", "render"}) {
+  for (const char* command : {"run", "render", "evaluate", "simulate"}) {
     const Ran help = run(std::string(command) + " --help");
     EXPECT_EQ(help.code, 0) << command;
-    EXPECT_NE(help.out.find("vildar " + std::string(command)), std::string::npos) << "an example";
+    const auto examples = help.out.find("Example");
+    ASSERT_NE(examples, std::string::npos) << help.out;
+    EXPECT_NE(help.out.find("vildar " + std::string(command), examples), std::string::npos);
   }
 }
 
@@ -99,7 +102,8 @@ TEST_F(Cli, SiteOfAnotherImageSizeIsTwo) {
 
 TEST_F(Cli, UnreadableClipIsThree) {
   EXPECT_EQ(run("run /nonexistent/clip.mp4" + site() + out()).code, 3);
-  const Ran text = run("run " + write("text.mp4", "this is not a video\n").string() + site() + out());
+  const Ran text =
+      run("run " + write("text.mp4", "this is not a video\n").string() + site() + out());
   EXPECT_EQ(text.code, 3);
   EXPECT_NE(text.err.find("text.mp4"), std::string::npos) << text.err;
 }
@@ -110,7 +114,8 @@ TEST_F(Cli, BrokenTraceBesideAGoodClipIsFourAndNamed) {
   EXPECT_EQ(ran.code, 4);
   EXPECT_NE(ran.err.find("trace.csv"), std::string::npos) << ran.err;
   EXPECT_TRUE(fs::exists(folder_ / "out" / "speeds.csv"));
-  EXPECT_NE(content(folder_ / "out" / "run.json").find("trace.csv"), std::string::npos);
+  const nlohmann::json json = nlohmann::json::parse(content(folder_ / "out" / "run.json"));
+  EXPECT_NE(json.at("warnings").dump().find("trace.csv"), std::string::npos) << json.at("warnings");
 }
 
 TEST_F(Cli, OutputBelowAFileIsFive) {
@@ -123,8 +128,49 @@ TEST_F(Cli, OutputBelowAFileIsFive) {
 TEST_F(Cli, JsonIsTheRunJsonAndNothingElse) {
   const Ran ran = run("run" + clip() + site() + out() + " --json");
   EXPECT_EQ(ran.code, 0) << ran.err;
-  EXPECT_EQ(ran.out.front(), '{');
-  EXPECT_NE(ran.out.find("\"vehicles\""), std::string::npos);
+  EXPECT_EQ(ran.out, content(folder_ / "out" / "run.json"));
+  EXPECT_EQ(nlohmann::json::parse(ran.out).at("vehicles").size(), 4u);
+}
+
+TEST_F(Cli, WhatAnEarlierRunLeftDoesNotStandBesideTheNew) {
+  fs::create_directories(folder_ / "out");
+  for (const char* name : {"out/annotated.mp4", "out/blobs.csv", "out/notes.txt"})
+    write(name, "old");
+  EXPECT_EQ(run("run" + clip() + site() + out()).code, 0);
+  EXPECT_FALSE(fs::exists(folder_ / "out/annotated.mp4"));
+  EXPECT_FALSE(fs::exists(folder_ / "out/blobs.csv"));
+  EXPECT_EQ(content(folder_ / "out/notes.txt"), "old") << "not ours to remove";
+}
+
+TEST_F(Cli, StandardOutputThatIsFullIsFive) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full on this system";
+  const std::string command = std::string(VILDAR_PROGRAM) + " run" + clip() + site() + out() +
+                              " --json >/dev/full 2>" + (folder_ / "stderr").string();
+  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 5);
+  EXPECT_NE(content(folder_ / "stderr").find("standard output"), std::string::npos);
+}
+
+TEST_F(Cli, InterruptedRenderingLeavesNothingHalfWritten) {
+  const fs::path scene = folder_ / "scene", code = folder_ / "code";
+  const std::string script =
+      std::string(VILDAR_PROGRAM) + " render " + (kSample / "scenario.yaml").string() + " --out " +
+      scene.string() + " >/dev/null 2>&1 & pid=$!; for i in $(seq 600); do ls " + scene.string() +
+      "/.clip* >/dev/null 2>&1 && break; sleep 0.05; done; kill -TERM $pid; wait $pid; echo $? >" +
+      code.string();
+  std::system(("bash -c '" + script + "'").c_str());
+  EXPECT_EQ(content(code), "143\n");
+  EXPECT_FALSE(fs::exists(scene / "clip.mp4"));
+  for (const fs::directory_entry& entry : fs::directory_iterator(scene))
+    EXPECT_NE(entry.path().filename().string().front(), '.') << entry.path() << " is half a file";
+}
+
+TEST_F(Cli, SimulationsEndAtOnceWhenToldTo) {
+  const fs::path code = folder_ / "code";
+  const std::string script =
+      std::string(VILDAR_PROGRAM) + " simulate all --out " + (folder_ / "paper").string() +
+      " >/dev/null 2>&1 & pid=$!; sleep 0.5; kill -TERM $pid; wait $pid; echo $? >" + code.string();
+  std::system(("bash -c '" + script + "'").c_str());
+  EXPECT_EQ(content(code), "143\n");
 }
 
 }  // namespace

@@ -121,7 +121,7 @@ TEST(Report, CountsOnlySpeedsThatAreSurelyAboveTheLimit) {
   const auto over = [&](double limit_mps) {
     run.speed_limit_mps = limit_mps;
     return contains(report_text(run, std::vector<VehicleResult>{measured_vehicle()}, {}),
-                    "<b>1</b><span>surely above");
+                    "<b>1</b><span>above");
   };
   EXPECT_TRUE(over(14.0));    // below the interval, which starts at 14.108 m/s
   EXPECT_FALSE(over(14.25));  // inside it
@@ -168,6 +168,14 @@ TEST(Ticks, AreRoundNumbersInsideTheRange) {
   EXPECT_DOUBLE_EQ(fine.step, 0.01);
   EXPECT_EQ(fine.digits, 2);
   EXPECT_EQ(fine.at.size(), 5u);  // -0.03 to 0.01
+}
+
+TEST(TimePlot, ValuesThatDifferByRoundingAloneAreAFlatLine) {
+  std::vector<double> t_s(50), values(50, 50.0);
+  for (std::size_t i = 0; i < t_s.size(); ++i) t_s[i] = static_cast<double>(i);
+  values.back() = std::nextafter(50.0, 51.0);
+  EXPECT_LT(svg_time_plot({"range in m", t_s, values, {}, false}).size(), 10'000u);
+  EXPECT_LE(nice_ticks(50.0, std::nextafter(50.0, 51.0), 5).at.size(), 12u);
 }
 
 TEST(TimePlot, GapsLiftThePenAndHopelessSeriesGiveNothing) {
