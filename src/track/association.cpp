@@ -91,6 +91,8 @@ void find_doubts(const Lamps& lamps, const std::vector<Link>& links, Association
 
 Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots, double reach_px) {
   constexpr int kFewest = 4, kSettled = 3;
+  constexpr std::ptrdiff_t kNearest =
+      24;  // spots of one lamp: the cost must not grow with a crowd's square
   constexpr double kAgreement_px = 2.0, kPreferSmall_per_px = 0.03, kLeast_px = 1.5;
   constexpr double kLeastSigmas = 2.0;
   struct Step {
@@ -101,14 +103,23 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
   int lamps_used = 0;
   for (int i = 0; i < static_cast<int>(lamps.size()); ++i) {
     if (lamps[i]->sightings() < kSettled) continue;
-    const std::size_t before = steps.size();
+    const auto before = static_cast<std::ptrdiff_t>(steps.size());
     for (const Spot& spot : spots) {
       const Eigen::Vector2d by_px = spot.at_px - lamps[i]->at_px();
       if (by_px.squaredNorm() < reach_px * reach_px) steps.push_back({i, by_px});
     }
-    lamps_used += steps.size() > before;
+    lamps_used += static_cast<std::ptrdiff_t>(steps.size()) > before;
+    if (static_cast<std::ptrdiff_t>(steps.size()) > before + kNearest) {
+      std::nth_element(steps.begin() + before, steps.begin() + before + kNearest, steps.end(),
+                       [](const Step& one, const Step& other) {
+                         return one.by_px.squaredNorm() < other.by_px.squaredNorm();
+                       });
+      steps.resize(static_cast<std::size_t>(before + kNearest));
+    }
   }
   if (lamps_used < kFewest) return Eigen::Vector2d::Zero();
+  std::sort(steps.begin(), steps.end(),
+            [](const Step& one, const Step& other) { return one.by_px.x() < other.by_px.x(); });
 
   const auto near = [&](const Step& a, const Step& b) {
     return (a.by_px - b.by_px).squaredNorm() < kAgreement_px * kAgreement_px;
@@ -116,13 +127,18 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
   double best = -kInfinity;
   const Step* centre = nullptr;
   int support = 0;
+  std::vector<const Step*> counted_for(lamps.size(), nullptr);
+  auto window = steps.begin();
   for (const Step& step : steps) {
-    int agree = 0, last = -1;  // steps of one lamp are consecutive
-    for (const Step& other : steps)
-      if (other.lamp != last && near(step, other)) {
-        ++agree;
-        last = other.lamp;
-      }
+    while (window->by_px.x() < step.by_px.x() - kAgreement_px) ++window;
+    int agree = 0;
+    for (auto other = window;
+         other != steps.end() && other->by_px.x() < step.by_px.x() + kAgreement_px; ++other) {
+      const Step*& last = counted_for[static_cast<std::size_t>(other->lamp)];
+      if (last == &step || !near(step, *other)) continue;
+      last = &step;
+      ++agree;
+    }
     const double score = agree - kPreferSmall_per_px * step.by_px.norm();
     if (score > best) {
       best = score;

@@ -273,14 +273,15 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
     laterals_m.push_back(at.lateral_m);
     track.sightings.push_back({record.frame, record.time, sighting_of(record), std::nullopt});
   }
-  if (lamp.sightings() < kFewestSingle ||
-      too_faint(strengths, clipped / static_cast<double>(lamp.records.size()), lamp.kind(), lights,
+  // Of a light that stays for long only the last records are held.
+  const int held = static_cast<int>(lamp.records.size());
+  if (held < kFewestSingle ||
+      too_faint(strengths, clipped / static_cast<double>(held), lamp.kind(), lights,
                 kFaintSingle) ||
-      2 * below < lamp.sightings() ||
-      (lights.usually_clips(lamp.kind()) && 2 * clipped < lamp.sightings()))
+      2 * below < held || (lights.usually_clips(lamp.kind()) && 2 * clipped < held))
     return Verdict::undecided;
   const double closing_mps = -slope_of(times_s, along_m);
-  const double moved_m = std::abs(closing_mps) * lamp.lived_s();
+  const double moved_m = std::abs(closing_mps) * (times_s.back() - times_s.front());
   if (view.moving_sensor()) {
     // A standing light at another height seems to move; only a lane tells it from a vehicle.
     if (!view.off_lane_centre_m(0.0)) return Verdict::undecided;

@@ -40,7 +40,7 @@ void BM_TrackFrame(benchmark::State& state) {
   state.counters["per_frame"] = benchmark::Counter(
       static_cast<double>(updates), benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
-BENCHMARK(BM_TrackFrame)->Arg(1)->Arg(4)->Arg(20)->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_TrackFrame)->Arg(1)->Arg(4)->Arg(20)->Arg(100)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace vildar

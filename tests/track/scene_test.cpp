@@ -153,6 +153,20 @@ TEST(TrackScene, LorryBehindACar) {
   expect_each_car_once(scene::run(made), 2, 0.85);
 }
 
+TEST(TrackScene, MotorcycleThatWaitsForMinutesIsStillReported) {
+  Scene made = mast();
+  made.site = scene::site_of(5.0, -4.0, 1400.0, 1920, 1080);
+  made.miss_share = 0.0;
+  made.cars = {car(70, -4, -10)};
+  made.cars[0].single = true;
+  made.cars[0].stops_at_s = 1.5;
+  made.cars[0].starts_again_s = 301.5;
+  made.duration_s = 306.0;
+  const auto outcome = scene::run(made);
+  ASSERT_EQ(outcome.tracks.size(), 1u);
+  EXPECT_TRUE(outcome.tracks[0].single_lamp);
+}
+
 TEST(TrackScene, MotorcycleIsASingleLamp) {
   Scene made = mast();
   made.cars = {car(70, -4, -14), car(95, -4, -14)};
