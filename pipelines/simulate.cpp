@@ -11,6 +11,7 @@
 #include "core/text.h"
 #include "pipelines/commands.h"
 #include "pipelines/progress.h"
+#include "pipelines/simulate_site.h"
 #include "simulate/experiments.h"
 
 namespace vildar {
@@ -111,7 +112,9 @@ void run_simulate(SimulateArguments& arguments, const std::string& settings) {
 void add_simulate(CLI::App& program, int& exit_code) {
   const auto arguments = std::make_shared<SimulateArguments>();
   CLI::App* command = program.add_subcommand(
-      "simulate", "Run the paper's experiments: plots, numbers and one page that shows them");
+      "simulate",
+      "Run the paper's experiments: plots, numbers and one page; `site`: what a site would measure");
+  CLI::App* site = add_simulate_site(*command, exit_code);
   std::vector<std::string> names{"all"};
   std::string list;
   for (const simulate::Experiment& experiment : simulate::experiments()) {
@@ -123,9 +126,8 @@ void add_simulate(CLI::App& program, int& exit_code) {
     return command->add_option(name, value, what)->capture_default_str();
   };
   command->add_option("experiment", arguments->experiment, "Experiment by name, or all")
-      ->required()
       ->check(CLI::IsMember(names));
-  command->add_option("--out,-o", arguments->out, "Folder for CSV, SVG and index.html")->required();
+  command->add_option("--out,-o", arguments->out, "Folder for CSV, SVG and index.html");
   command->add_flag("--json", arguments->json, "Print numbers and files as JSON");
   option("--trials", o.trials, "Monte Carlo trials of every point");
   option("--seed", o.seed, "Seed; the same seed gives the same numbers on any number of threads");
@@ -162,7 +164,10 @@ void add_simulate(CLI::App& program, int& exit_code) {
                   "\n\nExamples:\n  vildar simulate all --out paper\n"
                   "  vildar simulate straight-duration --cosine yes --trials 4000 --out paper\n"
                   "  vildar simulate curved-snr --cosine no --snrs-db 20 30 --json --out paper");
-  command->callback([arguments, command, &exit_code] {
+  command->callback([arguments, command, site, &exit_code] {
+    if (site->parsed()) return;
+    if (arguments->experiment.empty()) throw CLI::RequiredError("experiment");
+    if (arguments->out.empty()) throw CLI::RequiredError("--out");
     run_simulate(*arguments, command->config_to_str(true));
     exit_code = 0;
   });

@@ -63,6 +63,34 @@ std::optional<Eigen::Vector2d> bearing_of_middle(const VehicleSighting& sighting
 
 }  // namespace
 
+std::vector<LampObservation> frame_lamps(const VehicleSighting& sighting, std::size_t index,
+                                         bool pairs, const Camera& camera, const CameraSite& site) {
+  std::vector<LampObservation> lamps;
+  const auto add = [&](const std::optional<LampSighting>& lamp, double side) {
+    const auto seen =
+        lamp ? observe(*lamp, index, sighting.time, side, camera, site) : std::nullopt;
+    if (seen) lamps.push_back(*seen);
+  };
+  if (pairs) {
+    if (!sighting.left || !sighting.right) return lamps;
+    add(sighting.left, 0.5);
+    add(sighting.right, -0.5);
+  } else if (sighting.left && sighting.right) {
+    // Too few pairs to fit a separation: the middle stands for the vehicle.
+    const auto left = observe(*sighting.left, index, sighting.time, 0.0, camera, site);
+    const auto right = observe(*sighting.right, index, sighting.time, 0.0, camera, site);
+    if (!left || !right) return lamps;
+    LampObservation middle = *left;
+    middle.time_s = 0.5 * (left->time_s + right->time_s);
+    middle.normalized = 0.5 * (left->normalized + right->normalized);
+    middle.sigma = 0.5 * (left->sigma.cwiseAbs2() + right->sigma.cwiseAbs2()).cwiseSqrt();
+    lamps.push_back(middle);
+  } else {
+    add(sighting.left ? sighting.left : sighting.right, 0.0);
+  }
+  return lamps;
+}
+
 CameraView camera_view(const VehicleTrack& track, const Camera& camera, const CameraSite& site) {
   int paired = 0;
   for (const VehicleSighting& sighting : track.sightings) paired += sighting.left && sighting.right;
@@ -70,31 +98,9 @@ CameraView camera_view(const VehicleTrack& track, const Camera& camera, const Ca
   view.pairs = !track.single_lamp && paired >= kEnoughPairs &&
                paired >= kEnoughPairShare * static_cast<double>(track.sightings.size());
   for (std::size_t i = 0; i < track.sightings.size(); ++i) {
-    const VehicleSighting& sighting = track.sightings[i];
-    const auto add = [&](const std::optional<LampSighting>& lamp, double side) {
-      const auto seen = lamp ? observe(*lamp, i, sighting.time, side, camera, site) : std::nullopt;
-      if (seen) view.lamps.push_back(*seen);
-      return seen.has_value();
-    };
-    if (view.pairs) {
-      if (!sighting.left || !sighting.right) continue;
-      const bool left = add(sighting.left, 0.5);
-      const bool right = add(sighting.right, -0.5);
-      view.frames += left || right;
-    } else if (sighting.left && sighting.right) {
-      // Too few pairs to fit a separation: the middle stands for the vehicle.
-      const auto left = observe(*sighting.left, i, sighting.time, 0.0, camera, site);
-      const auto right = observe(*sighting.right, i, sighting.time, 0.0, camera, site);
-      if (!left || !right) continue;
-      LampObservation middle = *left;
-      middle.time_s = 0.5 * (left->time_s + right->time_s);
-      middle.normalized = 0.5 * (left->normalized + right->normalized);
-      middle.sigma = 0.5 * (left->sigma.cwiseAbs2() + right->sigma.cwiseAbs2()).cwiseSqrt();
-      view.lamps.push_back(middle);
-      ++view.frames;
-    } else {
-      view.frames += add(sighting.left ? sighting.left : sighting.right, 0.0);
-    }
+    const auto lamps = frame_lamps(track.sightings[i], i, view.pairs, camera, site);
+    view.lamps.insert(view.lamps.end(), lamps.begin(), lamps.end());
+    view.frames += !lamps.empty();
   }
   return view;
 }

@@ -28,6 +28,9 @@ struct CameraView {
   int frames = 0;  ///< sightings that gave an observation
   bool pairs = false;
 };
+/// One sighting's share of this; empty where it does not fit the reading.
+std::vector<LampObservation> frame_lamps(const VehicleSighting& sighting, std::size_t index,
+                                         bool pairs, const Camera& camera, const CameraSite& site);
 CameraView camera_view(const VehicleTrack& track, const Camera& camera, const CameraSite& site);
 
 /// Light and bearings of each sighting, from the pixels alone.

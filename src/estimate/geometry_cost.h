@@ -36,7 +36,7 @@ struct PriorResidual {
   int count() const {
     const MetricPriors& priors = problem->priors;
     return has_drop() + has_separation() + priors.lateral_m.has_value() + has_radius() + 1 +
-           turns();
+           (priors.motion ? 2 : 0) + turns();
   }
 
   template <class T>
@@ -53,6 +53,19 @@ struct PriorResidual {
     if (priors.lateral_m) *residual++ = whiten(scale_m * p[kLateral], *priors.lateral_m);
     if (has_radius()) *residual++ = whiten(scale_m * exp(p[kLogRadius]), *priors.radius_m);
     *residual++ = whiten(scale_m * p[kAcceleration], priors.acceleration_mps2);
+    if (priors.motion) {
+      // Whitened by the Cholesky factor of the covariance.
+      const KnownMotion& motion = *priors.motion;
+      const double tau_s = motion.time_s - problem->reference_s;
+      const T speed = scale_m * (p[kClosingRate] + tau_s * p[kAcceleration]) - motion.value[0];
+      const T rate = scale_m * p[kAcceleration] - motion.value[1];
+      const double l00 = std::sqrt(motion.covariance(0, 0));
+      const double l10 = motion.covariance(1, 0) / l00;
+      const double l11 = std::sqrt(motion.covariance(1, 1) - l10 * l10);
+      const T first = speed / l00;
+      *residual++ = first;
+      *residual++ = (rate - l10 * first) / l11;
+    }
     for (int axis = 0; axis < 3; ++axis) {
       const Uncertain& turn_rad = priors.turn_rad[static_cast<std::size_t>(axis)];
       if (turn_rad.std > 0.0) *residual++ = whiten(p[kYaw + axis], turn_rad);

@@ -9,6 +9,14 @@
 
 namespace vildar {
 
+/// Speed toward the sensor and its rate of change at one time, known from elsewhere than the
+/// bearings.
+struct KnownMotion {
+  double time_s = 0.0;
+  Eigen::Vector2d value = Eigen::Vector2d::Zero();  ///< m/s, m/s^2
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();
+};
+
 /// What is known in metres. Each is a normal prior; an absent one says nothing.
 struct MetricPriors {
   std::optional<Uncertain> drop_m;        ///< camera height less lamp height
@@ -16,6 +24,7 @@ struct MetricPriors {
   std::optional<Uncertain> lateral_m;     ///< lateral offset from the camera
   std::optional<Uncertain> radius_m;      ///< of the road's line y = 0
   Uncertain acceleration_mps2{0.0, 1.5};
+  std::optional<KnownMotion> motion;
   std::array<Uncertain, 3> turn_rad{};  ///< yaw, pitch, roll from the mean pose; std 0: fixed
 };
 

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "core/clock.h"
+#include "estimate/ml_speed.h"
 #include "estimate/photodiode_speed.h"
 
 namespace vildar {
@@ -115,23 +116,27 @@ Outcome<PowerSpeed> camera_speed(const VehicleTrack& track, const Site& site,
   return power_speed(series, known);
 }
 
-Outcome<PowerSpeed> photodiode_speed(const VehicleTrack& track, const Site& site,
-                                     const VehiclePower& power, const Trajectory* trajectory,
-                                     MethodResult& method) {
+struct PhotodiodeLight {
+  PowerSeries series;
+  PowerCase known;
+};
+
+Outcome<PhotodiodeLight> photodiode_light(const VehicleTrack& track, const Site& site,
+                                          const VehiclePower& power, const Trajectory* trajectory) {
   if (power.shared) return Miss::several_vehicles;
   const auto place = known_place(site, track.direction, trajectory);
   if (!place) return Miss::no_scale;
   const auto found = photodiode_case(site, power.trace->photodiode, *place);
   if (const Miss* miss = std::get_if<Miss>(&found)) return *miss;
-  const auto& known = std::get<PowerCase>(found);
-  method.k_source = "site";
-  const PowerSeries series =
-      usable_power(*power.trace, site, known, seconds_of(track.sightings.front().time),
+  PhotodiodeLight light;
+  light.known = std::get<PowerCase>(found);
+  light.series =
+      usable_power(*power.trace, site, light.known, seconds_of(track.sightings.front().time),
                    seconds_of(track.sightings.back().time), trajectory);
-  method.samples = static_cast<std::int64_t>(series.time_s.size());
-  if (series.time_s.size() < 10) return Miss::too_few_samples;
-  if (series.time_s.back() - series.time_s.front() < kShortest_s) return Miss::too_short;
-  return power_speed(series, known);
+  if (light.series.time_s.size() < 10) return Miss::too_few_samples;
+  if (light.series.time_s.back() - light.series.time_s.front() < kShortest_s)
+    return Miss::too_short;
+  return light;
 }
 
 void put(const Outcome<PowerSpeed>& outcome, MethodResult& method) {
@@ -152,18 +157,30 @@ MethodResult camera_intensity_method(const VehicleTrack& track, const Site& site
   return method;
 }
 
-MethodResult photodiode_method(const VehicleTrack& track, const Site& site,
-                               std::span<const VehiclePower> power, const Trajectory* trajectory) {
-  MethodResult best;
+std::vector<MethodResult> photodiode_methods(const VehicleTrack& track, const Site& site,
+                                             std::span<const VehiclePower> power,
+                                             const Trajectory* trajectory) {
+  const Method paper = site.road.kind == RoadKind::curved ? Method::curved_angle_photodiode
+                                                          : Method::power_slope_photodiode;
+  std::vector<MethodResult> best(2);
   for (const VehiclePower& offered : power) {
-    MethodResult method;
-    method.method = site.road.kind == RoadKind::curved ? Method::curved_angle_photodiode
-                                                       : Method::power_slope_photodiode;
-    put(photodiode_speed(track, site, offered, trajectory, method), method);
-    const auto* speed = std::get_if<SpeedEstimate>(&method.speed);
-    const auto* known = std::get_if<SpeedEstimate>(&best.speed);
-    if (&offered == &power.front() || (speed && (!known || speed->std_mps < known->std_mps)))
-      best = method;
+    const auto light = photodiode_light(track, site, offered, trajectory);
+    for (std::size_t i = 0; i < best.size(); ++i) {
+      MethodResult row;
+      row.method = i == 0 ? paper : Method::ml_photodiode;
+      if (const Miss* miss = std::get_if<Miss>(&light)) {
+        row.speed = *miss;
+      } else {
+        const auto& [series, known] = std::get<PhotodiodeLight>(light);
+        row.k_source = "site";
+        row.samples = static_cast<std::int64_t>(series.time_s.size());
+        put(i == 0 ? power_speed(series, known) : ml_speed(series, known), row);
+      }
+      const auto* speed = std::get_if<SpeedEstimate>(&row.speed);
+      const auto* surest = std::get_if<SpeedEstimate>(&best[i].speed);
+      if (&offered == &power.front() || (speed && (!surest || speed->std_mps < surest->std_mps)))
+        best[i] = row;
+    }
   }
   return best;
 }

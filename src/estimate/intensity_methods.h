@@ -16,7 +16,8 @@ MethodResult camera_intensity_method(const VehicleTrack& track, const Site& site
 
 /// The paper's estimators on the photodiodes' power during the track: that of the photodiode which
 /// gives the smallest sigma. `power` is not empty.
-MethodResult photodiode_method(const VehicleTrack& track, const Site& site,
-                               std::span<const VehiclePower> power, const Trajectory* trajectory);
+std::vector<MethodResult> photodiode_methods(const VehicleTrack& track, const Site& site,
+                                             std::span<const VehiclePower> power,
+                                             const Trajectory* trajectory);
 
 }  // namespace vildar

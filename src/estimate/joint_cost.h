@@ -5,7 +5,6 @@
 
 #include "core/quantity.h"
 #include "estimate/geometry_cost.h"
-#include "types/power.h"
 
 namespace vildar {
 
@@ -27,6 +26,7 @@ enum ReceiverParameter : int {
   kBackground,  ///< in power units
   kDrift,       ///< of the background, power units per second
   kLogRatio,    ///< ln of its gain over the first one's
+  kAhead,       ///< m, its place along the road beyond the site's
   kReceiverParameters,
 };
 
@@ -45,14 +45,15 @@ struct LightSetting {
 struct Receiver {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   double log_ratio = 0.0, log_ratio_std = 0.0;
-  double middle_s = 0.0;  ///< time at which background and drift are referred
+  double ahead_std_m = 0.0;  ///< of its place along the road from the first one's; 0: known
+  double middle_s = 0.0;     ///< time at which background and drift are referred
 };
 
 /// ln of the received power over the power unit, without background; false where the vehicle is not
 /// ahead of the photodiode.
 template <class T>
 bool log_power(const T* path, const T* light, const LightSetting& setting,
-               const Eigen::Vector3d& receiver_m, const T& tau_s, T& value) {
+               const Eigen::Vector3d& receiver_m, const T& moved_m, const T& tau_s, T& value) {
   using std::atan2;
   using std::cos;
   using std::exp;
@@ -61,7 +62,7 @@ bool log_power(const T* path, const T* light, const LightSetting& setting,
   const GeometryProblem& problem = *setting.problem;
   const T scale_m = exp(path[kLogScale]);
   const PathPoint<T> place = vehicle_point(path, problem.setting, tau_s);
-  const T ahead_m = place.x_m - receiver_m.x();
+  const T ahead_m = place.x_m - receiver_m.x() - moved_m;
   const T across_m = place.y_m - receiver_m.y();
   const T below_m = receiver_m.z() - problem.setting.camera_m.z() + scale_m * path[kDrop];
   if (!(ahead_m > T(0.0))) return false;
@@ -78,26 +79,32 @@ bool log_power(const T* path, const T* light, const LightSetting& setting,
   return true;
 }
 
-/// Whitened error of one block's mean; the model is averaged over the block (Simpson).
+/// A block's mean in power units, and what the model needs to know of it.
+struct LitBlock {
+  double time_s = 0.0;
+  double power = 0.0;
+  double noise = 0.0;  ///< sigma of white noise
+  double light = 0.0;  ///< without background, not below zero
+  double bulge = 1.0;  ///< mean of the light over the block, over that at its middle
+  double sigma = 0.0;  ///< as used: noise, what the model leaves out, and correlation
+};
+
+/// Whitened error of one block's mean.
 struct BlockResidual {
   const LightSetting* setting;
   const Receiver* receiver;
-  PowerBlock block;  ///< in power units; its sigma includes what the model leaves out
+  const LitBlock* block;
 
   template <class T>
   bool operator()(const T* path, const T* light, const T* own, T* residual) const {
     using std::exp;
-    T mean(0.0);
-    for (int node = -1; node <= 1; ++node) {
-      const T tau_s = block.time_s - setting->problem->reference_s + 0.5 * node * block.duration_s +
-                      light[kTimeShift];
-      T value;
-      if (!log_power(path, light, *setting, receiver->position_m, tau_s, value)) return false;
-      mean += (node == 0 ? 4.0 : 1.0) / 6.0 * exp(value);
-    }
-    const T expected = mean * exp(own[kLogRatio]) + own[kBackground] +
-                       (block.time_s - receiver->middle_s) * own[kDrift];
-    residual[0] = (block.power_w - expected) / block.sigma_w;
+    const T tau_s = block->time_s - setting->problem->reference_s + light[kTimeShift];
+    T value;
+    if (!log_power(path, light, *setting, receiver->position_m, own[kAhead], tau_s, value))
+      return false;
+    const T expected = block->bulge * exp(value + own[kLogRatio]) + own[kBackground] +
+                       (block->time_s - receiver->middle_s) * own[kDrift];
+    residual[0] = (block->power - expected) / block->sigma;
     return true;
   }
 };

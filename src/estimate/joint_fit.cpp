@@ -1,6 +1,9 @@
 #include "estimate/joint_fit.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
 
 #include <ceres/ceres.h>
 
@@ -47,9 +50,11 @@ struct ReceiverPrior {
     residual[2] = receiver->log_ratio_std > 0.0
                       ? (own[kLogRatio] - receiver->log_ratio) / receiver->log_ratio_std
                       : T(0.0);
+    residual[3] = receiver->ahead_std_m > 0.0 ? own[kAhead] / receiver->ahead_std_m : T(0.0);
     return true;
   }
 };
+constexpr int kReceiverPriors = 4;
 
 struct Unknowns {
   PathVector path;
@@ -59,8 +64,7 @@ struct Unknowns {
 
 struct Solved {
   GeometryFit fit;
-  double power_chi2 = 0.0;
-  std::size_t blocks = 0;
+  std::vector<Eigen::VectorXd> errors;  ///< of each photodiode's blocks, in power units
 };
 
 std::vector<int> free_light(const LightSetting& light) {
@@ -76,17 +80,19 @@ void add_light(const JointProblem& joint, Unknowns& unknowns, double span_s,
   for (std::size_t r = 0; r < joint.receivers.size(); ++r) {
     const Lit& lit = joint.receivers[r];
     double* own = unknowns.own[r].data();
-    for (const PowerBlock& block : lit.blocks)
+    for (const LitBlock& block : lit.blocks)
       problem.AddResidualBlock(
           new ceres::AutoDiffCostFunction<BlockResidual, 1, kPathParameters, kLightParameters,
                                           kReceiverParameters>(
-              new BlockResidual{&joint.light, &lit.receiver, block}),
+              new BlockResidual{&joint.light, &lit.receiver, &block}),
           loss, unknowns.path.data(), unknowns.light.data(), own);
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ReceiverPrior, 3, kReceiverParameters>(
-                                 new ReceiverPrior{&lit.receiver, lit.start[kBackground], span_s}),
-                             nullptr, own);
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<ReceiverPrior, kReceiverPriors, kReceiverParameters>(
+            new ReceiverPrior{&lit.receiver, lit.start[kBackground], span_s}),
+        nullptr, own);
     std::vector<int> free{kBackground, kDrift};
     if (r > 0 && lit.receiver.log_ratio_std > 0.0) free.push_back(kLogRatio);
+    if (r > 0 && lit.receiver.ahead_std_m > 0.0) free.push_back(kAhead);
     hold_fixed_all_but(free, kReceiverParameters, own, problem);
   }
   problem.AddResidualBlock(
@@ -96,7 +102,8 @@ void add_light(const JointProblem& joint, Unknowns& unknowns, double span_s,
   hold_fixed_all_but(free_light(joint.light), kLightParameters, unknowns.light.data(), problem);
 }
 
-Outcome<Solved> solve_joint(const JointProblem& joint, Unknowns& unknowns, double span_s) {
+Outcome<Solved> solve_joint(const JointProblem& joint, Unknowns& unknowns, double span_s,
+                            bool light_first) {
   ceres::HuberLoss bearing_loss(kHuberBound), power_loss(kHuberBound_1d);
   ceres::Problem::Options options;
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -106,9 +113,11 @@ Outcome<Solved> solve_joint(const JointProblem& joint, Unknowns& unknowns, doubl
 
   // First the light alone on the camera's trajectory: from further away the joint fit can settle in
   // a wrong minimum.
-  problem.SetParameterBlockConstant(unknowns.path.data());
-  minimise(problem);
-  problem.SetParameterBlockVariable(unknowns.path.data());
+  if (light_first) {
+    problem.SetParameterBlockConstant(unknowns.path.data());
+    minimise(problem);
+    problem.SetParameterBlockVariable(unknowns.path.data());
+  }
   std::vector<double*> blocks{unknowns.path.data(), unknowns.light.data()};
   for (ReceiverVector& own : unknowns.own) blocks.push_back(own.data());
   const auto outcome = solve(problem, blocks);
@@ -121,15 +130,71 @@ Outcome<Solved> solve_joint(const JointProblem& joint, Unknowns& unknowns, doubl
     for (std::size_t j = 0; j < free.size(); ++j)
       solved.fit.covariance(free[i], free[j]) =
           solution.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-  for (std::size_t r = 0; r < joint.receivers.size(); ++r)
-    for (const PowerBlock& block : joint.receivers[r].blocks) {
+  for (std::size_t r = 0; r < joint.receivers.size(); ++r) {
+    const Lit& lit = joint.receivers[r];
+    Eigen::VectorXd errors(static_cast<Eigen::Index>(lit.blocks.size()));
+    for (std::size_t i = 0; i < lit.blocks.size(); ++i) {
       double residual = 0.0;
-      BlockResidual{&joint.light, &joint.receivers[r].receiver, block}(
+      BlockResidual{&joint.light, &lit.receiver, &lit.blocks[i]}(
           unknowns.path.data(), unknowns.light.data(), unknowns.own[r].data(), &residual);
-      solved.power_chi2 += residual * residual;
-      ++solved.blocks;
+      errors[static_cast<Eigen::Index>(i)] = residual * lit.blocks[i].sigma;
     }
+    solved.errors.push_back(std::move(errors));
+  }
   return solved;
+}
+
+// Chi-square per block if the model left out `unmodelled` of the light.
+double chi2_per_block(const JointProblem& joint, const std::vector<Eigen::VectorXd>& errors,
+                      double unmodelled) {
+  double sum = 0.0, blocks = 0.0;
+  for (std::size_t r = 0; r < errors.size(); ++r)
+    for (std::size_t i = 0; i < joint.receivers[r].blocks.size(); ++i) {
+      const LitBlock& block = joint.receivers[r].blocks[i];
+      const double sigma = std::hypot(block.noise, unmodelled * block.light);
+      sum += std::pow(errors[r][static_cast<Eigen::Index>(i)] / sigma, 2);
+      blocks += 1.0;
+    }
+  return sum / blocks;
+}
+
+// Share of the light that gain and beam of the model leave out, as the errors show it: the first at
+// which chi-square is what it should be, or the largest.
+constexpr std::array<double, 8> kUnmodelled{0.001, 0.002, 0.003, 0.005, 0.0075, 0.01, 0.015, 0.02};
+double unmodelled_share(const JointProblem& joint, const std::vector<Eigen::VectorXd>& errors) {
+  constexpr double kEnough = 1.1;
+  for (const double share : kUnmodelled)
+    if (chi2_per_block(joint, errors, share) < kEnough) return share;
+  return kUnmodelled.back();
+}
+
+// By how much the sigmas of a photodiode's blocks must grow for neighbours that err together.
+double correlation_factor(const Lit& lit, const Eigen::VectorXd& errors, double unmodelled) {
+  double product = 0.0, square = 0.0;
+  Eigen::VectorXd whitened = errors;
+  for (Eigen::Index i = 0; i < errors.size(); ++i) {
+    const LitBlock& block = lit.blocks[static_cast<std::size_t>(i)];
+    whitened[i] /= std::hypot(block.noise, unmodelled * block.light);
+    square += whitened[i] * whitened[i];
+    if (i > 0) product += whitened[i] * whitened[i - 1];
+  }
+  const auto n = static_cast<double>(errors.size());
+  constexpr double kHighest = 0.95, kTaken = 6.0;  // unknowns that take slow errors with them
+  const double lag = product / square + std::min(0.5, kTaken / n);
+  if (!(lag > 2.0 / std::sqrt(n))) return 1.0;
+  const double kept = std::min(lag, kHighest);
+  return std::sqrt((1.0 + kept) / (1.0 - kept));
+}
+
+// Why this solution is not to be used, if so.
+std::optional<Miss> gate(const JointProblem& joint, const Solved& solved,
+                         const Trajectory& camera_only) {
+  constexpr double kWorstChi2 = 1.3;
+  if (chi2_per_block(joint, solved.errors, kUnmodelled.back()) > kWorstChi2) return Miss::bad_fit;
+  constexpr double kMostPull = 10.0;  // half a chi-square; the path has at most ten unknowns
+  const auto moved = geometry_cost(joint.geometry, solved.fit.parameters);
+  if (!moved || *moved - camera_only.fit.cost > kMostPull) return Miss::sensors_contradict;
+  return std::nullopt;
 }
 
 }  // namespace
@@ -144,22 +209,32 @@ Outcome<JointFit> fit_joint(const Trajectory& camera_only, const Site& site,
   unknowns.light[kExponent] = joint.light.exponent;
   unknowns.light[kLogGain] = first_log_gain(joint, unknowns.path, unknowns.light);
   for (const Lit& lit : joint.receivers) unknowns.own.push_back(lit.start);
-  const auto outcome = solve_joint(joint, unknowns, to_s - from_s);
-  if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
-  const Solved& solved = std::get<Solved>(outcome);
+  // First with the least trust in the light; then, if that holds, with as much as it deserves.
+  std::vector<double> factors(joint.receivers.size(), 1.0);
+  set_sigmas(joint, kUnmodelled.back(), factors);
+  const auto first = solve_joint(joint, unknowns, to_s - from_s, true);
+  // All unknowns have priors or start from the bearings: a fit that runs away does not fit.
+  if (std::holds_alternative<Miss>(first)) return Miss::bad_fit;
+  Solved solved = std::get<Solved>(first);
+  if (const auto miss = gate(joint, solved, camera_only)) return *miss;
+  for (int round = 0; round < 2; ++round) {
+    const double share = unmodelled_share(joint, solved.errors);
+    for (std::size_t r = 0; r < factors.size(); ++r)
+      factors[r] = correlation_factor(joint.receivers[r], solved.errors[r], share);
+    set_sigmas(joint, share, factors);
+    const auto next = solve_joint(joint, unknowns, to_s - from_s, false);
+    if (std::holds_alternative<Miss>(next)) break;
+    if (gate(joint, std::get<Solved>(next), camera_only)) break;
+    solved = std::get<Solved>(next);
+  }
 
   JointFit fit;
   fit.samples = joint.samples;
-  fit.power_chi2_per_block = solved.power_chi2 / static_cast<double>(solved.blocks);
-  constexpr double kWorstChi2 = 1.3;
-  if (fit.power_chi2_per_block > kWorstChi2) return Miss::bad_fit;
-  const auto moved = geometry_cost(joint.geometry, unknowns.path);
-  constexpr double kMostPull = 10.0;  // half a chi-square; the path has at most ten unknowns
-  if (!moved || *moved - camera_only.fit.cost > kMostPull) return Miss::sensors_contradict;
+  fit.power_chi2_per_block = chi2_per_block(joint, solved.errors, kUnmodelled.back());
   fit.trajectory = camera_only;
   fit.trajectory.fit.parameters = solved.fit.parameters;
-  fit.trajectory.fit.covariance = solved.fit.covariance * std::max(1.0, fit.power_chi2_per_block);
-  fit.trajectory.fit.cost = *moved;
+  fit.trajectory.fit.covariance = solved.fit.covariance;
+  fit.trajectory.fit.cost = *geometry_cost(joint.geometry, solved.fit.parameters);
   return fit;
 }
 

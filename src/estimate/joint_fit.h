@@ -18,9 +18,8 @@ struct JointFit {
 /// function of the angles toward the photodiode with loose priors, so that a beam unlike the law's
 /// cannot bend the trajectory; gain, exponent, background, drift and time offset are unknowns with
 /// the site's priors. Starts from the camera's own fit.
-/// Misses: several_vehicles, below_noise, too_few_samples, not_converged, unobservable, bad_fit
-/// (the power does not fit the model), sensors_contradict (it pulls the trajectory off the
-/// bearings).
+/// Misses: several_vehicles, below_noise, too_few_samples, bad_fit (the power does not fit the
+/// model), sensors_contradict (it pulls the trajectory off the bearings).
 Outcome<JointFit> fit_joint(const Trajectory& camera_only, const Site& site,
                             std::span<const VehiclePower> power, double from_s, double to_s);
 

@@ -9,8 +9,6 @@
 namespace vildar {
 namespace {
 
-// Share of the signal that neither gain nor beam structure of the model accounts for.
-constexpr double kUnmodelled = 0.01;
 constexpr double kClearSigmas = 5.0;
 constexpr std::size_t kFewestBlocks = 10;
 
@@ -59,6 +57,21 @@ bool lights(const Trajectory& trajectory, const PhotodiodeSite& site, const Rece
   return axis.dot(toward.normalized()) > std::cos(site.half_field_of_view_rad);
 }
 
+// Mean of D^-2 over a block by Simpson's rule, over that in its middle.
+double bulge_of(const Trajectory& trajectory, const Receiver& receiver, const PowerBlock& block) {
+  const auto light = [&](double time_s) {
+    const MotionState state = trajectory.at(time_s);
+    const Eigen::Vector3d apart_m =
+        Eigen::Vector3d(state.range_m, state.lateral_m, trajectory.lamp_height_m()) -
+        receiver.position_m;
+    return 1.0 / apart_m.squaredNorm();
+  };
+  const double half_s = 0.5 * block.duration_s;
+  const double middle = light(block.time_s);
+  return (light(block.time_s - half_s) + light(block.time_s + half_s) + 4.0 * middle) /
+         (6.0 * middle);
+}
+
 std::optional<Lit> lit_receiver(const PowerTrace& trace, const Trajectory& trajectory,
                                 const Site& site, double from_s, double to_s) {
   const PhotodiodeSite& diode = site.photodiodes.at(static_cast<std::size_t>(trace.photodiode));
@@ -67,6 +80,7 @@ std::optional<Lit> lit_receiver(const PowerTrace& trace, const Trajectory& traje
     lit.receiver.position_m[axis] = diode.position_m[static_cast<std::size_t>(axis)].mean;
   lit.receiver.log_ratio = std::log(diode.gain_ratio.mean);
   lit.receiver.log_ratio_std = diode.gain_ratio.std / diode.gain_ratio.mean;
+  lit.receiver.ahead_std_m = diode.position_m[0].std;
   lit.receiver.middle_s = 0.5 * (from_s + to_s);
   const double offset_s = diode.time_offset_s.mean;
   // One mains period, so that twice its frequency averages out.
@@ -75,48 +89,52 @@ std::optional<Lit> lit_receiver(const PowerTrace& trace, const Trajectory& traje
   for (const PowerBlock& block :
        block_means(trace, from_s - offset_s, to_s - offset_s, block_s, offset_s)) {
     if (!lights(trajectory, diode, lit.receiver, block.time_s)) continue;
-    lit.blocks.push_back(block);
-    brightest_w = std::max(brightest_w, block.power_w - trace.ambient_w);
+    const double light_w = block.power_w - trace.ambient_w;
+    lit.blocks.push_back({block.time_s, block.power_w, block.sigma_w, std::max(0.0, light_w),
+                          bulge_of(trajectory, lit.receiver, block), block.sigma_w});
+    lit.samples += block.samples;
+    brightest_w = std::max(brightest_w, light_w);
   }
   if (!(brightest_w > kClearSigmas * trace.noise_sigma_w)) return std::nullopt;
-  for (PowerBlock& block : lit.blocks)
-    block.sigma_w =
-        std::hypot(block.sigma_w, kUnmodelled * std::max(0.0, block.power_w - trace.ambient_w));
-  lit.start = {trace.ambient_w, 0.0, lit.receiver.log_ratio};
+  lit.start = {trace.ambient_w, 0.0, lit.receiver.log_ratio, 0.0};
   return lit;
 }
 
 void scale_power(JointProblem& problem) {
   double unit_w = 0.0;
   for (const Lit& lit : problem.receivers)
-    for (const PowerBlock& block : lit.blocks)
-      unit_w = std::max(unit_w, block.power_w - lit.start[kBackground]);
+    for (const LitBlock& block : lit.blocks) unit_w = std::max(unit_w, block.light);
   problem.light.power_unit_w = unit_w;
   problem.light.log_gain -= std::log(unit_w);
   for (Lit& lit : problem.receivers) {
     lit.start[kBackground] /= unit_w;
-    for (PowerBlock& block : lit.blocks) {
-      block.power_w /= unit_w;
-      block.sigma_w /= unit_w;
-    }
+    for (LitBlock& block : lit.blocks)
+      for (double* value : {&block.power, &block.noise, &block.light, &block.sigma})
+        *value /= unit_w;
   }
 }
 
 }  // namespace
+
+void set_sigmas(JointProblem& joint, double unmodelled, std::span<const double> factors) {
+  for (std::size_t r = 0; r < joint.receivers.size(); ++r)
+    for (LitBlock& block : joint.receivers[r].blocks)
+      block.sigma = factors[r] * std::hypot(block.noise, unmodelled * block.light);
+}
 
 // With the camera's trajectory, the gain that the brightest stretch asks for.
 double first_log_gain(const JointProblem& problem, const PathVector& path, LightVector light) {
   light[kLogGain] = 0.0;
   double sum = 0.0, weight = 0.0;
   for (const Lit& lit : problem.receivers)
-    for (const PowerBlock& block : lit.blocks) {
-      const double signal = block.power_w - lit.start[kBackground];
+    for (const LitBlock& block : lit.blocks) {
+      const double signal = block.light;
       double value = 0.0;
-      if (!(signal > 3.0 * block.sigma_w) ||
-          !log_power(path.data(), light.data(), problem.light, lit.receiver.position_m,
+      if (!(signal > 3.0 * block.sigma) ||
+          !log_power(path.data(), light.data(), problem.light, lit.receiver.position_m, 0.0,
                      block.time_s - problem.geometry.reference_s, value))
         continue;
-      const double w = std::pow(signal / block.sigma_w, 2);
+      const double w = std::pow(signal / block.sigma, 2);
       sum += w * (std::log(signal) - value - lit.start[kLogRatio]);
       weight += w;
     }
@@ -135,7 +153,7 @@ std::optional<Miss> prepare_joint(const Trajectory& camera_only, const Site& sit
     auto lit = lit_receiver(*offered.trace, camera_only, site, from_s, to_s);
     if (!lit) continue;
     blocks += lit->blocks.size();
-    for (const PowerBlock& block : lit->blocks) joint.samples += block.samples;
+    joint.samples += lit->samples;
     joint.receivers.push_back(std::move(*lit));
     offset_std_s =
         site.photodiodes[static_cast<std::size_t>(offered.trace->photodiode)].time_offset_s.std;

@@ -17,8 +17,9 @@ using ReceiverVector = std::array<double, kReceiverParameters>;
 /// What one photodiode received of the vehicle, in power units.
 struct Lit {
   Receiver receiver;
-  std::vector<PowerBlock> blocks;
+  std::vector<LitBlock> blocks;
   ReceiverVector start{};
+  std::int64_t samples = 0;
 };
 
 /// Bearings and power of one vehicle, ready to be fitted together. `light.problem` points at
@@ -40,6 +41,10 @@ struct JointProblem {
 std::optional<Miss> prepare_joint(const Trajectory& camera_only, const Site& site,
                                   std::span<const VehiclePower> power, double from_s, double to_s,
                                   JointProblem& joint);
+
+/// Sigmas of all blocks from their noise, a share of the light that the model leaves out, and a
+/// factor for each photodiode.
+void set_sigmas(JointProblem& joint, double unmodelled, std::span<const double> factors);
 
 /// ln of the gain that the blocks clear of the noise ask for on this path.
 double first_log_gain(const JointProblem& joint, const PathVector& path, LightVector light);

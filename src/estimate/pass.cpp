@@ -1,8 +1,11 @@
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
+#include "estimate/delay_light.h"
 #include "estimate/lane_choice.h"
+#include "estimate/ml_speed.h"
 #include "estimate/photodiode_speed.h"
 #include "estimate/speed_gate.h"
 #include "estimate/vehicle.h"
@@ -42,23 +45,110 @@ const PowerTrace& brightest(std::span<const PowerTrace> traces, const PowerPass&
   return *best;
 }
 
-Outcome<PowerSpeed> speed_of_pass(const PowerPass& pass, const Site& site, const PowerTrace& trace,
-                                  const LaneSite* lane, MethodResult& method) {
+// The stretch of one trace in which the power laws hold, and what is known of it.
+struct PassLight {
+  PowerSeries series;
+  PowerCase known;
+};
+
+Outcome<PassLight> light_of_pass(const PowerPass& pass, const Site& site, const PowerTrace& trace,
+                                 const LaneSite* lane) {
   constexpr double kShortest_s = 0.1;
   if (!lane) return Miss::no_scale;
   const auto place = place_of(*lane, site);
   if (!place) return Miss::no_scale;
   const auto known = photodiode_case(site, trace.photodiode, *place);
   if (const Miss* miss = std::get_if<Miss>(&known)) return *miss;
-  const auto& power_case = std::get<PowerCase>(known);
+  PassLight light;
+  light.known = std::get<PowerCase>(known);
   const double offset_s =
       site.photodiodes.at(static_cast<std::size_t>(trace.photodiode)).time_offset_s.mean;
-  const PowerSeries series = usable_power(trace, site, power_case, pass.from_s + offset_s,
-                                          pass.peak_s + offset_s, nullptr);
-  method.samples = static_cast<std::int64_t>(series.time_s.size());
-  if (series.time_s.size() < 10) return Miss::too_few_samples;
-  if (series.time_s.back() - series.time_s.front() < kShortest_s) return Miss::too_short;
-  return power_speed(series, power_case);
+  light.series = usable_power(trace, site, light.known, pass.from_s + offset_s,
+                              pass.peak_s + offset_s, nullptr);
+  if (light.series.time_s.size() < 10) return Miss::too_few_samples;
+  if (light.series.time_s.back() - light.series.time_s.front() < kShortest_s)
+    return Miss::too_short;
+  return light;
+}
+
+// What a method found, beside the row it gets.
+struct Found {
+  MethodResult row;
+  std::optional<double> range_m, acceleration_mps2, chi2_per_dof;
+};
+
+Found power_method(Method method, const Outcome<PassLight>& light,
+                   Outcome<PowerSpeed> (*speed_of)(const PowerSeries&, const PowerCase&)) {
+  Found found{{method, Miss::unobservable, 0, "site"}, {}, {}, {}};
+  if (const Miss* miss = std::get_if<Miss>(&light)) {
+    found.row.speed = *miss;
+    return found;
+  }
+  const auto& [series, known] = std::get<PassLight>(light);
+  found.row.samples = static_cast<std::int64_t>(series.time_s.size());
+  const auto outcome = speed_of(series, known);
+  if (const Miss* miss = std::get_if<Miss>(&outcome)) {
+    found.row.speed = *miss;
+  } else {
+    found.row.speed = std::get<PowerSpeed>(outcome).speed;
+    found.range_m = std::get<PowerSpeed>(outcome).range_m;
+  }
+  return found;
+}
+
+Found delay_method(const PowerPass& pass, const Site& site, std::span<const PowerTrace> traces,
+                   double offset_s) {
+  std::vector<const PowerTrace*> all;
+  for (const PowerTrace& trace : traces) all.push_back(&trace);
+  const auto outcome = delay_speed(site, all, pass.from_s + offset_s, pass.to_s + offset_s);
+  Found found{delay_row(outcome), {}, {}, {}};
+  if (const auto* fit = std::get_if<DelayFit>(&outcome)) {
+    found.acceleration_mps2 = fit->acceleration_mps2;
+    found.chi2_per_dof = fit->chi2_per_dof;
+  }
+  return found;
+}
+
+// The surest of the methods that measured; the first one's reason where none did.
+void stand_by_surest(const std::vector<Found>& methods, VehicleResult& result) {
+  const Found* surest = nullptr;
+  for (const Found& found : methods) {
+    result.methods.push_back(found.row);
+    const auto* speed = std::get_if<SpeedEstimate>(&found.row.speed);
+    if (speed && (!surest || speed->std_mps < std::get<SpeedEstimate>(surest->row.speed).std_mps))
+      surest = &found;
+  }
+  if (!surest) {
+    result.method = methods.front().row.method;
+    result.withheld = std::get<Miss>(methods.front().row.speed);
+    return;
+  }
+  result.method = surest->row.method;
+  result.speed = std::get<SpeedEstimate>(surest->row.speed);
+  result.n_pd_samples = surest->row.samples;
+  if (!useful(result.speed)) {
+    result.withheld = Miss::too_uncertain;
+    return;
+  }
+  result.closing_speed_mps = result.speed.speed_mps;
+  result.range_ref_m = surest->range_m;
+  result.acceleration_mps2 = surest->acceleration_mps2;
+  if (surest->chi2_per_dof) result.chi2_per_dof["photodiode"] = *surest->chi2_per_dof;
+}
+
+// A method that the others contradict by more than their intervals is named.
+void warn_of_contradictions(VehicleResult& result) {
+  constexpr double kFarApart = 3.5;  // sigmas
+  if (result.withheld) return;
+  for (const MethodResult& row : result.methods) {
+    const auto* speed = std::get_if<SpeedEstimate>(&row.speed);
+    if (!speed || row.method == result.method) continue;
+    const double sigma_mps = std::hypot(speed->std_mps, result.speed.std_mps);
+    if (std::abs(speed->speed_mps - result.speed.speed_mps) > kFarApart * sigma_mps)
+      result.warnings.push_back(std::string(name_of(row.method)) + " disagrees with " +
+                                std::string(name_of(result.method)) +
+                                " beyond their intervals; check the channel and the lanes");
+  }
 }
 
 }  // namespace
@@ -69,33 +159,23 @@ VehicleResult estimate_pass(const PowerPass& pass, int pass_number, const Site& 
   const PowerTrace& trace = brightest(traces, pass);
   const PhotodiodeSite& receiver = site.photodiodes.at(static_cast<std::size_t>(trace.photodiode));
   const LaneSite* lane = nearest_oncoming(site.road, receiver.position_m[1].mean);
+  const double offset_s = receiver.time_offset_s.mean;
   VehicleResult result;
   result.track_id = pass_number;
-  result.t_first_s = pass.from_s + receiver.time_offset_s.mean;
-  result.t_last_s = pass.to_s + receiver.time_offset_s.mean;
+  result.t_first_s = pass.from_s + offset_s;
+  result.t_last_s = pass.to_s + offset_s;
   result.used_photodiode = true;
-  result.method = site.road.kind == RoadKind::curved ? Method::curved_angle_photodiode
-                                                     : Method::power_slope_photodiode;
   if (lane) result.lane = lane->id;
-  MethodResult method{result.method, Miss::unobservable, 0, "site"};
-  const auto outcome = speed_of_pass(pass, site, trace, lane, method);
-  result.n_pd_samples = method.samples;
-  if (const Miss* miss = std::get_if<Miss>(&outcome)) {
-    method.speed = *miss;
-    result.withheld = *miss;
-  } else {
-    const auto& found = std::get<PowerSpeed>(outcome);
-    method.speed = found.speed;
-    result.speed = found.speed;
-    if (!useful(found.speed)) {
-      result.withheld = Miss::too_uncertain;
-    } else {
-      result.range_ref_m = found.range_m;
-      result.closing_speed_mps = found.speed.speed_mps;
-      if (site.road.kind == RoadKind::straight) result.lateral_m = lane->lateral_m.mean;
-    }
-  }
-  result.methods.push_back(method);
+  const bool curved = site.road.kind == RoadKind::curved;
+  const auto light = light_of_pass(pass, site, trace, lane);
+  std::vector<Found> methods{
+      power_method(curved ? Method::curved_angle_photodiode : Method::power_slope_photodiode, light,
+                   power_speed),
+      power_method(Method::ml_photodiode, light, ml_speed)};
+  if (traces.size() > 1) methods.push_back(delay_method(pass, site, traces, offset_s));
+  stand_by_surest(methods, result);
+  if (!result.withheld && lane && !curved) result.lateral_m = lane->lateral_m.mean;
+  warn_of_contradictions(result);
   return result;
 }
 

@@ -15,8 +15,8 @@ constexpr double kShortest_s = 0.2;
 // Spread of tail lamps about what the site file says of headlamps: UN R48 lets rear position lamps
 // stand from 0.35 to 1.5 m high.
 constexpr double kTailLampSpread_m = 0.2;
-// A quantity that the site file calls known is taken as good to this, which a tape measure is.
-constexpr double kKnown_m = 0.005;
+// A quantity that the site file calls known is taken as good to this.
+constexpr double kKnown_m = 0.001;
 // A lane's true curvature and the path driven in it differ by this share of the radius at least.
 constexpr double kKnownRadius = 0.005;
 

@@ -5,8 +5,11 @@
 
 #include "core/clock.h"
 #include "estimate/camera_view.h"
+#include "estimate/delay_joint.h"
+#include "estimate/delay_light.h"
 #include "estimate/intensity_methods.h"
 #include "estimate/joint_fit.h"
+#include "estimate/speed_budget.h"
 #include "estimate/speed_gate.h"
 #include "estimate/trajectory.h"
 
@@ -50,6 +53,8 @@ void report(const VehicleTrack& track, const Trajectory& trajectory, const Speed
   result.lateral_m = state.lateral_m;
   result.acceleration_mps2 = state.acceleration_mps2;
   result.closing_speed_mps = state.closing_mps;
+  result.budget = speed_budget(trajectory, speed.time_s);
+  result.chi2_per_dof["camera"] = bearing_chi2_per_dof(trajectory);
 }
 
 SpeedEstimate speed_of(const Trajectory& trajectory, const VehicleResult& result) {
@@ -57,18 +62,34 @@ SpeedEstimate speed_of(const Trajectory& trajectory, const VehicleResult& result
   return speed_estimate(trajectory.at(time_s), time_s, trajectory.ego.moving(), trajectory.frames);
 }
 
+// Bearings with the delay of two photodiodes where there is one, else with the power of all.
+Outcome<JointFit> join(const Trajectory& camera_only, const Site& site,
+                       std::span<const VehiclePower> power, const DelayFit* delay,
+                       const VehicleResult& result) {
+  if (!delay) return fit_joint(camera_only, site, power, result.t_first_s, result.t_last_s);
+  const auto photodiode = static_cast<std::size_t>(power.front().trace->photodiode);
+  return fit_with_delay(camera_only, *delay, site.photodiodes.at(photodiode).time_offset_s.std);
+}
+
 // Adds the method `fused`, and where it holds makes it the one the program stands by.
 std::optional<JointFit> fuse(const VehicleTrack& track, const Trajectory& camera_only,
                              const Site& site, std::span<const VehiclePower> power,
-                             VehicleResult& result) {
+                             const DelayFit* delay, VehicleResult& result) {
   MethodResult method{Method::fused, Miss::unobservable, result.n_frames, ""};
-  const auto outcome = fit_joint(camera_only, site, power, result.t_first_s, result.t_last_s);
+  const auto outcome = join(camera_only, site, power, delay, result);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) {
     method.speed = *miss;
     result.methods.push_back(method);
-    if (*miss == Miss::bad_fit || *miss == Miss::sensors_contradict)
+    if (delay && *miss == Miss::sensors_contradict) {
+      result.warnings.push_back(
+          "the delay between the photodiodes and the camera's bearings contradict each other; "
+          "check "
+          "the camera's pose, the lamps and the photodiodes' places");
+      result.withheld = *miss;
+    } else if (*miss == Miss::bad_fit || *miss == Miss::sensors_contradict) {
       result.warnings.push_back("photodiode power does not agree with the camera (" +
                                 std::string(name_of(*miss)) + "); the speed is the camera's alone");
+    }
     return std::nullopt;
   }
   JointFit joint = std::get<JointFit>(outcome);
@@ -86,8 +107,46 @@ std::optional<JointFit> fuse(const VehicleTrack& track, const Trajectory& camera
   result.method = Method::fused;
   result.used_photodiode = true;
   result.n_pd_samples = joint.samples;
+  result.chi2_per_dof["photodiode"] = joint.power_chi2_per_block;
   result.methods.push_back(method);
   return joint;
+}
+
+// Adds the method `delay_photodiodes`. The vehicle passes the photodiodes after the camera has lost
+// it; the traces are those of the time in which it is alone on them.
+std::optional<DelayFit> delay_of(const Site& site, std::span<const VehiclePower> power,
+                                 VehicleResult& result) {
+  constexpr double kBefore_s = 0.5, kPassing_s = 4.0;
+  std::vector<const PowerTrace*> traces;
+  for (const VehiclePower& offered : power)
+    if (!offered.shared) traces.push_back(offered.trace);
+  const auto outcome =
+      delay_speed(site, traces, result.t_first_s - kBefore_s, result.t_last_s + kPassing_s);
+  MethodResult row = delay_row(outcome);
+  if (traces.size() < power.size() && traces.size() < 2) row.speed = Miss::several_vehicles;
+  result.methods.push_back(row);
+  const auto* fit = std::get_if<DelayFit>(&outcome);
+  return fit && useful(fit->speed) ? std::optional(*fit) : std::nullopt;
+}
+
+// Where bearings give no speed for want of scale or of data, the delay's stands.
+void stand_in(const DelayFit& delay, VehicleResult& result) {
+  switch (*result.withheld) {
+    case Miss::no_scale:
+    case Miss::unobservable:
+    case Miss::too_uncertain:
+    case Miss::too_few_samples:
+    case Miss::too_short: break;
+    default: return;
+  }
+  result.withheld.reset();
+  result.method = Method::delay_photodiodes;
+  result.speed = delay.speed;
+  result.used_camera = false;
+  result.used_photodiode = true;
+  result.n_pd_samples = delay.speed.samples_used;
+  result.acceleration_mps2 = delay.acceleration_mps2;
+  result.closing_speed_mps = delay.speed.speed_mps;
 }
 
 VehicleResult empty_result(const VehicleTrack& track) {
@@ -133,11 +192,16 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
   if (track.direction == Direction::oncoming && !site.ego) {
     result.methods.push_back(camera_intensity_method(track, site, trajectory));
     if (!power.empty()) {
-      result.methods.push_back(photodiode_method(track, site, power, trajectory));
-      if (trajectory && !result.withheld) joint = fuse(track, *trajectory, site, power, result);
+      for (MethodResult& row : photodiode_methods(track, site, power, trajectory))
+        result.methods.push_back(std::move(row));
+      const auto delay = power.size() > 1 ? delay_of(site, power, result) : std::nullopt;
+      if (trajectory && !result.withheld)
+        joint = fuse(track, *trajectory, site, power, delay ? &*delay : nullptr, result);
+      else if (delay)
+        stand_in(*delay, result);
     }
   }
-  if (trajectory && !result.withheld)
+  if (trajectory && !result.withheld && result.used_camera)
     add_states(joint ? joint->trajectory : *trajectory, estimate.rows);
   return estimate;
 }

@@ -111,6 +111,25 @@ std::string plots_of(const VehicleResult& vehicle, const TrackPlot& plot) {
   return html.empty() ? "" : "<div class=\"plots\">" + html + "</div>";
 }
 
+std::string percent(double share) { return fixed_text(100.0 * share, share < 0.01 ? 2 : 1) + " %"; }
+
+/// What the sigma is made of.
+void append_budget(const VehicleResult& vehicle, std::vector<std::string>& facts) {
+  if (vehicle.withheld) return;
+  if (vehicle.budget) {
+    std::string from;
+    for (const auto& [name, share] : vehicle.budget->scale_shares) {
+      std::string words = name;
+      std::replace(words.begin(), words.end(), '_', ' ');
+      from += (from.empty() ? "" : ", ") + words + " " + fixed_text(100.0 * share, 0) + " %";
+    }
+    facts.push_back("sigma: shape " + percent(vehicle.budget->shape) + ", scale " +
+                    percent(vehicle.budget->scale) + (from.empty() ? "" : " (" + from + ")"));
+  }
+  for (const auto& [sensor, chi2] : vehicle.chi2_per_dof)
+    facts.push_back("chi² per degree of freedom, " + sensor + " " + fixed_text(chi2, 2));
+}
+
 /// Numbers that have no column of their own.
 std::string facts_of(const VehicleResult& vehicle) {
   std::vector<std::string> facts;
@@ -127,6 +146,7 @@ std::string facts_of(const VehicleResult& vehicle) {
   if (!vehicle.withheld && vehicle.closing_speed_mps)
     facts.push_back("relative to the sensor " +
                     fixed_text(kmh_from_mps(*vehicle.closing_speed_mps), 1) + " km/h");
+  append_budget(vehicle, facts);
   std::string words;
   for (const std::string& fact : facts) words += (words.empty() ? "" : " · ") + fact;
   return words;

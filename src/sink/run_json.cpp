@@ -53,6 +53,11 @@ Json json_of(const VehicleResult& vehicle) {
     put(json, "acceleration_mps2", vehicle.acceleration_mps2);
     put(json, "closing_speed_mps", vehicle.closing_speed_mps);
     json["method"] = name_of(vehicle.method);
+    if (vehicle.budget)
+      json["budget"] = {{"shape", vehicle.budget->shape},
+                        {"scale", vehicle.budget->scale},
+                        {"scale_shares", vehicle.budget->scale_shares}};
+    if (!vehicle.chi2_per_dof.empty()) json["chi2_per_dof"] = vehicle.chi2_per_dof;
   }
   json["sensors"] = Json::array();
   if (vehicle.used_camera) json["sensors"].push_back("camera");

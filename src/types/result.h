@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -43,6 +44,14 @@ struct MethodResult {
   std::string k_source;      ///< `site`, `bearings`, or empty
 };
 
+/// Where the sigma of a speed comes from: both relative to the speed, their squares add.
+struct SpeedBudget {
+  double shape = 0.0;  ///< what the data leave open with all lengths known
+  double scale = 0.0;  ///< what the lengths known in metres leave open
+  /// What fixes the scale, and its share of all information on it.
+  std::map<std::string, double> scale_shares;
+};
+
 /// One row of speeds.csv, and the methods behind it.
 struct VehicleResult {
   int track_id = 0;
@@ -63,6 +72,8 @@ struct VehicleResult {
   std::int64_t n_pd_samples = 0;
   std::vector<MethodResult> methods;
   std::vector<std::string> warnings;
+  std::optional<SpeedBudget> budget;           ///< speeds from a camera's trajectory
+  std::map<std::string, double> chi2_per_dof;  ///< by sensor: `camera`, `photodiode`
 };
 
 /// One row of tracks.csv: a vehicle in a frame with what is known of it there.

@@ -1,6 +1,9 @@
 #include <benchmark/benchmark.h>
 
+#include "../estimate/delay_pass.h"
 #include "../estimate/simulated_power.h"
+#include "estimate/delay_light.h"
+#include "estimate/recursive_fit.h"
 #include "estimate/vehicle.h"
 
 namespace vildar {
@@ -22,6 +25,37 @@ void estimate_pass_of_76_frames(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(estimate_vehicle(track, site, {&power, diodes}));
 }
 BENCHMARK(estimate_pass_of_76_frames)->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
+
+// One more frame of a vehicle that is being followed live.
+void recursive_update(benchmark::State& state) {
+  const Site site = simulated::mast_site(4.0);
+  Random random(1);
+  const VehicleTrack track = simulated::track_of({}, site, {.to_s = 2.2}, random);
+  std::size_t next = track.sightings.size();
+  std::optional<RecursiveFit> live;
+  for (auto _ : state) {
+    if (next == track.sightings.size()) {
+      state.PauseTiming();
+      live.emplace(site, track);
+      for (next = 0; !live->state(); ++next) live->add(track.sightings[next]);
+      state.ResumeTiming();
+    }
+    live->add(track.sightings[next++]);
+  }
+}
+BENCHMARK(recursive_update)->Unit(benchmark::kMicrosecond);
+
+// Two pulses of 3 s at 1 kHz.
+void delay_of_two_photodiodes(benchmark::State& state) {
+  const Site site = simulated::two_photodiodes(2.0);
+  Random random(1);
+  const simulated::Beam beam;
+  const PowerTrace near = simulated::beam_trace({}, site, beam, 0, {}, random);
+  const PowerTrace far = simulated::beam_trace({}, site, beam, 1, {}, random);
+  const std::array<const PowerTrace*, 2> traces{&near, &far};
+  for (auto _ : state) benchmark::DoNotOptimize(delay_speed(site, traces, 0.0, 8.0));
+}
+BENCHMARK(delay_of_two_photodiodes)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace vildar

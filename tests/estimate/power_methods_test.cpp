@@ -155,9 +155,10 @@ TEST(Pass, FindsSpeedAndRangeInClipTime) {
   EXPECT_TRUE(result.used_photodiode && !result.used_camera);
 }
 
-TEST(Pass, IsWithheldWhereTheGainIsTooVague) {
+TEST(Pass, IsWithheldWhereGainAndLaneAreTooVague) {
   Site site = diode_site();
   site.channel->gain_db->std = 5.0;
+  site.road.lanes[0].lateral_m.std = 2.0;  // else the perpendicular distance gives the scale
   Random random(1);
   const PowerTrace trace = trace_of(kTypical, site, matching_diode(), random);
   const VehicleResult result = estimate_pass({-0.5, 2.5, 2.4}, 1, site, {&trace, 1});

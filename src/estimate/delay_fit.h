@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "core/outcome.h"
+#include "types/power.h"
+#include "types/result.h"
+#include "types/site.h"
+
+namespace vildar {
+
+/// What one of two photodiodes received of a vehicle that comes toward both.
+struct DelaySide {
+  std::vector<PowerBlock> blocks;  ///< of one length; ambient not removed
+  Uncertain ambient_w;
+};
+
+/// Two photodiodes at the same height and lateral place, looking the same way, one up the road from
+/// the other. Both receive the same function of the vehicle's distance ahead of them, whatever lamp
+/// and law it is, so the time between like powers is the baseline over the speed.
+struct DelayProblem {
+  DelaySide near, far;  ///< `far` stands up the road: it is passed first
+  Uncertain baseline_m;
+  Uncertain log_ratio;  ///< ln of the gain of `far` over that of `near`; std 0: known
+  Uncertain acceleration_mps2{0.0, 1.5};
+};
+
+struct DelayFit {
+  SpeedEstimate speed;  ///< where within the blocks it is known best; positive: oncoming
+  double acceleration_mps2 = 0.0, acceleration_std_mps2 = 0.0;
+  /// Of speed and acceleration at the speed's time.
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();
+  double log_ratio = 0.0, log_ratio_std = 0.0;
+  double chi2_per_dof = 0.0;  ///< by the blocks' own sigmas
+  double sigma_factor =
+      1.0;         ///< by which scatter and correlation of the residuals widened the sigma
+  int pieces = 0;  ///< of the curve fitted to the pulse
+};
+
+/// Speed and acceleration from two pulses, their common shape being a free smooth curve with as
+/// many pieces as the data ask for. Where the ratio of gains is uncertain, an angular mismatch of
+/// the same size between the two is allowed for.
+/// Misses: too_few_samples, below_noise, not_converged, bad_fit (the pulses are not alike),
+/// too_uncertain (the delay is not told from none).
+Outcome<DelayFit> fit_delay(const DelayProblem& problem);
+
+}  // namespace vildar

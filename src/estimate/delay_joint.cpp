@@ -1,0 +1,32 @@
+#include "estimate/delay_joint.h"
+
+#include <cmath>
+
+namespace vildar {
+
+Outcome<JointFit> fit_with_delay(const Trajectory& camera_only, const DelayFit& delay,
+                                 double time_std_s) {
+  JointFit joint;
+  joint.trajectory = camera_only;
+  KnownMotion motion;
+  motion.time_s = delay.speed.time_s;
+  motion.value = {delay.speed.speed_mps, delay.acceleration_mps2};
+  motion.covariance = delay.covariance;
+  // The shape of the far, faint part of the pulses, which tells the acceleration, is known less well
+  // than its noise says; the bearings tell it anyway.
+  constexpr double kAccelerationFloor_mps2 = 0.3;
+  motion.covariance(1, 1) += kAccelerationFloor_mps2 * kAccelerationFloor_mps2;
+  motion.covariance(0, 0) += std::pow(delay.acceleration_mps2 * time_std_s, 2);
+  GeometryProblem& problem = joint.trajectory.problem;
+  problem.priors.motion = motion;
+  const auto outcome = fit_geometry(problem, camera_only.fit.parameters);
+  if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
+  joint.trajectory.fit = std::get<GeometryFit>(outcome);
+  constexpr double kMostPull = 10.0;  // half a chi-square of two degrees of freedom
+  if (joint.trajectory.fit.cost - camera_only.fit.cost > kMostPull) return Miss::sensors_contradict;
+  joint.power_chi2_per_block = delay.chi2_per_dof;
+  joint.samples = delay.speed.samples_used;
+  return joint;
+}
+
+}  // namespace vildar

@@ -1,0 +1,179 @@
+#include "estimate/delay_light.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimate/power_blocks.h"
+
+namespace vildar {
+namespace {
+
+constexpr double kAlike_m = 0.05;
+constexpr double kAlike_rad = 0.01;
+constexpr double kLeastBaseline_m = 0.10;
+constexpr double kClearSigmas = 10.0;
+
+// Half a period of the mains, in which street lamps' flicker averages out, or several of them where
+// the samples are sparse.
+double block_length_s(double mains_hz, double sample_period_s) {
+  constexpr double kFewestSamples = 8.0;
+  const double half_period_s = 0.5 / mains_hz;
+  return half_period_s * std::ceil(kFewestSamples * sample_period_s / half_period_s - 1e-9);
+}
+
+// Variance of the samples within each block from their second differences, which the rise of the
+// light does not enter.
+std::vector<double> variances_w2(const PowerTrace& trace, const std::vector<PowerBlock>& blocks,
+                                 double offset_s) {
+  std::vector<double> found;
+  std::size_t i = 0;
+  for (const PowerBlock& block : blocks) {
+    const double from_s = block.time_s - offset_s - 0.5 * block.duration_s;
+    while (i < trace.time_s.size() && trace.time_s[i] < from_s) ++i;
+    double sum = 0.0;
+    int triples = 0;
+    for (; i + 2 < trace.time_s.size() && trace.time_s[i + 2] < from_s + block.duration_s; ++i) {
+      const double bend_w = static_cast<double>(trace.power_w[i + 2]) -
+                            2.0 * static_cast<double>(trace.power_w[i + 1]) + trace.power_w[i];
+      sum += bend_w * bend_w / 6.0;
+      ++triples;
+    }
+    found.push_back(triples > 0 ? sum / triples : 0.0);
+  }
+  return found;
+}
+
+// Noise of a sample as a line in the power, sigma^2 = floor + share * light, by weighted least
+// squares.
+void set_sigmas(const PowerTrace& trace, double offset_s, std::vector<PowerBlock>& blocks) {
+  const std::vector<double> variance_w2 = variances_w2(trace, blocks, offset_s);
+  double floor_w2 = trace.noise_sigma_w * trace.noise_sigma_w, share_w = 0.0;
+  const auto light_w = [&](const PowerBlock& block) {
+    return std::max(0.0, block.power_w - trace.ambient_w);
+  };
+  for (int round = 0; round < 3; ++round) {
+    double w = 0.0, wx = 0.0, wy = 0.0, wxx = 0.0, wxy = 0.0;
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      const double x = light_w(blocks[i]), y = variance_w2[i];
+      const double weight = std::pow(floor_w2 + share_w * x, -2);
+      w += weight;
+      wx += weight * x;
+      wy += weight * y;
+      wxx += weight * x * x;
+      wxy += weight * x * y;
+    }
+    const double determinant = w * wxx - wx * wx;
+    if (!(determinant > 0.0)) break;
+    share_w = std::max(0.0, (w * wxy - wx * wy) / determinant);
+    floor_w2 = std::max(0.25 * floor_w2, (wy - share_w * wx) / w);
+  }
+  for (PowerBlock& block : blocks)
+    block.sigma_w = std::sqrt((floor_w2 + share_w * light_w(block)) / block.samples);
+}
+
+Outcome<DelaySide> side_of(const PowerTrace& trace, const Site& site, double from_s, double to_s,
+                           bool to_peak) {
+  const double offset_s =
+      site.photodiodes[static_cast<std::size_t>(trace.photodiode)].time_offset_s.mean;
+  DelaySide side;
+  side.ambient_w = {trace.ambient_w, std::max(trace.ambient_sigma_w, 1e-3 * trace.noise_sigma_w)};
+  const double block_s = block_length_s(site.mains_hz, trace.sample_period_s);
+  side.blocks = block_means(trace, from_s - offset_s, to_s - offset_s, block_s, offset_s);
+  // A part of a block would be a mean over another length of road.
+  const double whole = 0.95 * block_s / trace.sample_period_s - 1.0;
+  std::erase_if(side.blocks, [&](const PowerBlock& block) { return block.samples < whole; });
+  const auto peak = std::max_element(
+      side.blocks.begin(), side.blocks.end(),
+      [](const PowerBlock& a, const PowerBlock& b) { return a.power_w < b.power_w; });
+  if (peak == side.blocks.end()) return Miss::too_few_samples;
+  if (!(peak->power_w - trace.ambient_w > kClearSigmas * peak->sigma_w)) return Miss::below_noise;
+  if (to_peak) side.blocks.erase(peak, side.blocks.end());
+  if (side.blocks.empty()) return Miss::too_few_samples;
+  set_sigmas(trace, offset_s, side.blocks);
+  return side;
+}
+
+}  // namespace
+
+Outcome<DelayProblem> delay_problem(const Site& site, const PowerTrace& one,
+                                    const PowerTrace& other, double from_s, double to_s,
+                                    bool to_peak) {
+  const auto diode = [&](const PowerTrace& trace) -> const PhotodiodeSite& {
+    return site.photodiodes.at(static_cast<std::size_t>(trace.photodiode));
+  };
+  const bool ordered = diode(one).position_m[0].mean <= diode(other).position_m[0].mean;
+  const PowerTrace& near_trace = ordered ? one : other;
+  const PowerTrace& far_trace = ordered ? other : one;
+  const PhotodiodeSite& near = diode(near_trace);
+  const PhotodiodeSite& far = diode(far_trace);
+  const auto apart_m = [&](std::size_t axis) {
+    return far.position_m[axis].mean - near.position_m[axis].mean;
+  };
+  if (site.road.kind != RoadKind::straight || std::abs(apart_m(1)) > kAlike_m ||
+      std::abs(apart_m(2)) > kAlike_m || std::abs(near.yaw_rad - far.yaw_rad) > kAlike_rad ||
+      std::abs(near.pitch_rad - far.pitch_rad) > kAlike_rad)
+    return Miss::outside_model;
+  DelayProblem problem;
+  problem.baseline_m = {apart_m(0), std::hypot(near.position_m[0].std, far.position_m[0].std)};
+  if (problem.baseline_m.mean < kLeastBaseline_m) return Miss::no_scale;
+  problem.log_ratio = {std::log(far.gain_ratio.mean / near.gain_ratio.mean),
+                       std::hypot(near.gain_ratio.std / near.gain_ratio.mean,
+                                  far.gain_ratio.std / far.gain_ratio.mean)};
+  for (const auto& [trace, side] :
+       {std::pair{&near_trace, &problem.near}, std::pair{&far_trace, &problem.far}}) {
+    auto found = side_of(*trace, site, from_s, to_s, to_peak);
+    if (const Miss* miss = std::get_if<Miss>(&found)) return *miss;
+    *side = std::get<DelaySide>(std::move(found));
+  }
+  return problem;
+}
+
+namespace {
+
+// The whole pulses say most. Where the light ends in an edge that no smooth curve follows (a mask,
+// another lamp coming in), their rise alone.
+Outcome<DelayFit> pair_speed(const Site& site, const PowerTrace& one, const PowerTrace& other,
+                             double from_s, double to_s) {
+  constexpr double kAlikeChi2 = 1.5, kAlikeFactor = 1.5;
+  Outcome<DelayFit> whole = Miss::no_scale;
+  for (const bool to_peak : {false, true}) {
+    auto problem = delay_problem(site, one, other, from_s, to_s, to_peak);
+    if (const Miss* miss = std::get_if<Miss>(&problem)) return *miss;
+    auto outcome = fit_delay(std::get<DelayProblem>(problem));
+    const auto* fit = std::get_if<DelayFit>(&outcome);
+    if (to_peak && fit) return outcome;
+    if (fit && fit->chi2_per_dof < kAlikeChi2 && fit->sigma_factor < kAlikeFactor) return outcome;
+    if (!to_peak) whole = std::move(outcome);
+  }
+  return whole;
+}
+
+}  // namespace
+
+Outcome<DelayFit> delay_speed(const Site& site, std::span<const PowerTrace* const> traces,
+                              double from_s, double to_s) {
+  Outcome<DelayFit> best = Miss::no_scale;
+  for (std::size_t i = 0; i < traces.size(); ++i)
+    for (std::size_t j = i + 1; j < traces.size(); ++j) {
+      auto outcome = pair_speed(site, *traces[i], *traces[j], from_s, to_s);
+      const auto* fit = std::get_if<DelayFit>(&outcome);
+      const auto* known = std::get_if<DelayFit>(&best);
+      if ((!known && (fit || (i == 0 && j == 1))) ||
+          (fit && known && fit->speed.std_mps < known->speed.std_mps))
+        best = std::move(outcome);
+    }
+  return best;
+}
+
+MethodResult delay_row(const Outcome<DelayFit>& outcome) {
+  MethodResult row{Method::delay_photodiodes, Miss::no_scale, 0, ""};
+  if (const Miss* miss = std::get_if<Miss>(&outcome)) {
+    row.speed = *miss;
+  } else {
+    row.speed = std::get<DelayFit>(outcome).speed;
+    row.samples = std::get<DelayFit>(outcome).speed.samples_used;
+  }
+  return row;
+}
+
+}  // namespace vildar

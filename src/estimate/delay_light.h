@@ -1,0 +1,27 @@
+#pragma once
+
+#include <span>
+
+#include "estimate/delay_fit.h"
+
+namespace vildar {
+
+/// The pulses of one vehicle on two photodiodes, between two clip times, or up to each one's peak.
+/// Sigmas follow the scatter within the blocks, which grows with the light where shot noise
+/// does.
+/// Misses: outside_model (not a straight road, or the two do not stand alike: more than 5 cm apart
+/// in height or sideways, or turned apart), no_scale (less than 10 cm apart along the road),
+/// too_few_samples, below_noise.
+Outcome<DelayProblem> delay_problem(const Site& site, const PowerTrace& one,
+                                    const PowerTrace& other, double from_s, double to_s,
+                                    bool to_peak);
+
+/// The surest speed over all pairs of traces. Misses as above and those of fit_delay(); with fewer
+/// than two traces no_scale.
+Outcome<DelayFit> delay_speed(const Site& site, std::span<const PowerTrace* const> traces,
+                              double from_s, double to_s);
+
+/// Its row of methods.csv.
+MethodResult delay_row(const Outcome<DelayFit>& outcome);
+
+}  // namespace vildar

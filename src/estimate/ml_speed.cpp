@@ -1,0 +1,174 @@
+#include "estimate/ml_speed.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimate/power_estimators.h"
+#include "optics/road.h"
+
+namespace vildar {
+namespace {
+
+constexpr double kBlock_s = 0.010;
+constexpr double kUnmodelled = 0.01;
+
+struct Blocks {
+  std::vector<double> time_s, power_w, sigma_w;
+};
+
+Blocks blocks_of(const PowerSeries& series) {
+  double squares_w2 = 0.0;
+  const std::size_t n = series.time_s.size();
+  for (std::size_t i = 1; i < n; ++i)
+    squares_w2 += 0.5 * std::pow(series.power_w[i] - series.power_w[i - 1], 2);
+  const double noise_w = std::sqrt(squares_w2 / static_cast<double>(n - 1));
+  Blocks blocks;
+  for (std::size_t first = 0, last = 0; first < n; first = last) {
+    double time_s = 0.0, power_w = 0.0;
+    for (; last < n && series.time_s[last] < series.time_s[first] + kBlock_s; ++last) {
+      time_s += series.time_s[last];
+      power_w += series.power_w[last];
+    }
+    const auto count = static_cast<double>(last - first);
+    blocks.time_s.push_back(time_s / count);
+    blocks.power_w.push_back(power_w / count);
+    blocks.sigma_w.push_back(
+        std::hypot(noise_w / std::sqrt(count), kUnmodelled * std::abs(power_w / count)));
+  }
+  return blocks;
+}
+
+PowerProblem problem_of(const Blocks& blocks, const PowerCase& known) {
+  PowerProblem problem{blocks.time_s, blocks.power_w, blocks.sigma_w, {}, nothing_known(), 0.0};
+  problem.reference_s = 0.5 * (blocks.time_s.front() + blocks.time_s.back());
+  problem.setting.cosine_exponent = known.law.cosine_exponent;
+  problem.known[kPowerLogGain] = Uncertain{std::log(known.law.gain_w), known.log_gain_std};
+  problem.known[kPowerExponent] = Uncertain{known.law.path_loss_exponent, known.exponent_std};
+  problem.known[kPowerAcceleration] = Uncertain{0.0, 1.5};
+  const double across_m = known.lateral_m.mean - known.receiver_m.y();
+  const double below_m = known.lamp_height_m.mean - known.receiver_m.z();
+  if (known.bend == 0.0) {
+    const double d_m = known.perpendicular_m();
+    problem.known[kPowerPerpendicular] = Uncertain{
+        d_m,
+        d_m > 0.0
+            ? std::hypot(across_m * known.lateral_m.std, below_m * known.lamp_height_m.std) / d_m
+            : known.lateral_m.std};
+  } else {
+    problem.setting.curved = true;
+    problem.setting.straight_m = known.straight_m;
+    problem.setting.height_m = std::abs(below_m);
+    const double side = known.bend > 0.0 ? 1.0 : -1.0;
+    problem.known[kPowerPerpendicular] = Uncertain{side * across_m, known.lateral_m.std};
+    problem.known[kPowerRadius] = Uncertain{known.lane_radius_m(), known.radius_m.std};
+  }
+  return problem;
+}
+
+// The speed with the background lifted by some of its sigmas, and the weight of this in the
+// posterior.
+struct Lifted {
+  double lift = 0.0, log_speed = 0.0, log_std = 0.0, range_m = 0.0;
+  double chi2 = 0.0, chi2_per_dof = 0.0;
+};
+
+std::variant<Lifted, Miss> fit_lifted(const Blocks& blocks, const PowerCase& known, double lift,
+                                      double background_std_w) {
+  Blocks lifted = blocks;
+  for (double& power_w : lifted.power_w) power_w -= lift * background_std_w;
+  const auto outcome = estimate_max_likelihood(problem_of(lifted, known));
+  if (const auto* refusal = std::get_if<PowerRefusal>(&outcome)) return refusal->miss;
+  const auto& estimate = std::get<PowerEstimate>(outcome);
+  if (!(estimate.speed_mps() > 0.0)) return Miss::outside_model;
+  Lifted found;
+  found.lift = lift;
+  found.log_speed = std::log(estimate.speed_mps());
+  found.log_std = estimate.speed_sigma_mps() / estimate.speed_mps() *
+                  std::sqrt(std::max(1.0, estimate.chi2_per_dof));
+  found.range_m = estimate.value[kPowerRange];
+  found.chi2_per_dof = estimate.chi2_per_dof;
+  // Speed and range alone have no prior.
+  const double degrees = static_cast<double>(blocks.time_s.size()) - 2.0;
+  found.chi2 = estimate.chi2_per_dof * degrees + lift * lift;
+  return found;
+}
+
+const Lifted& likeliest(const std::vector<Lifted>& fits) {
+  return *std::min_element(fits.begin(), fits.end(),
+                           [](const Lifted& a, const Lifted& b) { return a.chi2 < b.chi2; });
+}
+
+// The background is one more unknown with a prior, and the speed can have two modes in it: the
+// posterior is summed over a grid, a coarse one first and a fine one where that has weight.
+std::variant<std::vector<Lifted>, Miss> fits_over_background(const Blocks& blocks,
+                                                             const PowerCase& known,
+                                                             double background_std_w) {
+  constexpr double kWidest = 3.0, kCoarse = 0.5, kNegligible = 25.0;  // the last of chi-square
+  constexpr double kHarmless = 0.002;                                 // of the least light
+  const double least_w = *std::min_element(blocks.power_w.begin(), blocks.power_w.end());
+  if (!(background_std_w > kHarmless * least_w)) {
+    const auto only = fit_lifted(blocks, known, 0.0, background_std_w);
+    if (const Miss* miss = std::get_if<Miss>(&only)) return *miss;
+    return std::vector{std::get<Lifted>(only)};
+  }
+  const auto grid = [&](double from, double to, double step) {
+    std::vector<Lifted> fits;
+    for (double lift = from; lift <= to + 1e-9; lift += step) {
+      const auto fit = fit_lifted(blocks, known, lift, background_std_w);
+      if (const auto* lifted = std::get_if<Lifted>(&fit)) fits.push_back(*lifted);
+    }
+    return fits;
+  };
+  const std::vector<Lifted> coarse = grid(-kWidest, kWidest, kCoarse);
+  if (coarse.empty()) return Miss::outside_model;
+  const double least = likeliest(coarse).chi2;
+  double low = kWidest, high = -kWidest;
+  for (const Lifted& fit : coarse)
+    if (fit.chi2 < least + kNegligible) {
+      low = std::min(low, fit.lift - kCoarse);
+      high = std::max(high, fit.lift + kCoarse);
+    }
+  constexpr int kFine = 24;
+  std::vector<Lifted> fine = grid(low, high, (high - low) / kFine);
+  if (fine.empty()) return Miss::outside_model;
+  return fine;
+}
+
+}  // namespace
+
+Outcome<PowerSpeed> ml_speed(const PowerSeries& series, const PowerCase& known) {
+  constexpr double kWorstChi2 = 4.0;
+  constexpr double kTwoSided95 = 1.959963984540054;
+  const Blocks blocks = blocks_of(series);
+  const auto outcome = fits_over_background(blocks, known, series.background_std_w);
+  if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
+  const auto& fits = std::get<std::vector<Lifted>>(outcome);
+  const Lifted& best = likeliest(fits);
+  if (best.chi2_per_dof > kWorstChi2) return Miss::bad_fit;
+  double weights = 0.0, mean = 0.0, square = 0.0, range_m = 0.0;
+  for (const Lifted& fit : fits) {
+    const double weight = std::exp(-0.5 * (fit.chi2 - best.chi2));
+    const double apart = fit.log_speed - best.log_speed;
+    weights += weight;
+    mean += weight * apart;
+    square += weight * (apart * apart + fit.log_std * fit.log_std);
+    range_m += weight * fit.range_m;
+  }
+  mean /= weights;
+  PowerSpeed found;
+  SpeedEstimate& speed = found.speed;
+  speed.time_s = 0.5 * (blocks.time_s.front() + blocks.time_s.back());
+  speed.speed_mps = std::exp(best.log_speed + mean);
+  const double log_std = std::sqrt(square / weights - mean * mean);
+  speed.std_mps = speed.speed_mps * log_std;
+  speed.lo95_mps = speed.speed_mps * std::exp(-kTwoSided95 * log_std);
+  speed.hi95_mps = speed.speed_mps * std::exp(kTwoSided95 * log_std);
+  speed.samples_used = static_cast<std::int64_t>(series.time_s.size());
+  const double along_m = range_m / weights + known.receiver_m.x();
+  found.range_m =
+      path_point(along_m, known.lateral_m.mean, known.bend, known.straight_m, known.radius_m.mean)
+          .x_m;
+  return found;
+}
+
+}  // namespace vildar

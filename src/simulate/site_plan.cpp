@@ -1,0 +1,200 @@
+#include "simulate/site_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "core/random.h"
+#include "core/text.h"
+#include "estimate/vehicle.h"
+#include "optics/camera.h"
+#include "optics/channel.h"
+#include "optics/road.h"
+
+namespace vildar::simulate {
+namespace {
+
+// What vehicles are like where the site file does not say; only to draw them, never as knowledge.
+constexpr double kLampHeight_m = 0.68, kTailHeight_m = 0.8, kSeparation_m = 1.3;
+constexpr double kPowerAt_m = 60.0;
+
+/// One vehicle, at constant speed, at the sensor's cross-line at t = 0.
+struct Vehicle {
+  const LaneSite* lane;
+  double speed_mps, height_m, separation_m;
+
+  bool oncoming() const { return lane->direction == Direction::oncoming; }
+  double along_m(double t_s) const { return oncoming() ? -speed_mps * t_s : speed_mps * t_s; }
+};
+
+Vehicle vehicle_of(const LaneSite& lane, const LampsSite& lamps, double speed_mps) {
+  const auto mean = [](const std::optional<Uncertain>& value, double otherwise) {
+    return value ? value->mean : otherwise;
+  };
+  Vehicle vehicle{&lane, speed_mps, mean(lamps.height_m, kLampHeight_m),
+                  mean(lamps.separation_m, kSeparation_m)};
+  if (!vehicle.oncoming()) {
+    vehicle.height_m = mean(lamps.tail_height_m, kTailHeight_m);
+    vehicle.separation_m = mean(lamps.tail_separation_m, vehicle.separation_m);
+  }
+  return vehicle;
+}
+
+Eigen::Vector3d lamp_m(const Vehicle& vehicle, const RoadSite& road, double side, double t_s) {
+  const double bend = road.radius_m ? bend_of(road) : 0.0;
+  const auto place = path_point(vehicle.along_m(t_s), vehicle.lane->lateral_m.mean, bend,
+                                road.straight_m, road.radius_m ? road.radius_m->mean : 0.0);
+  const double offset_m = side * vehicle.separation_m;
+  return {place.x_m - offset_m * std::sin(place.heading_rad),
+          place.y_m + offset_m * std::cos(place.heading_rad), vehicle.height_m};
+}
+
+std::optional<LampSighting> sight(const Vehicle& vehicle, const Site& site, const Camera& camera,
+                                  double side, double t_s, double sigma_px) {
+  const CameraSite& sensor = *site.camera;
+  double at_s = t_s;
+  std::optional<Eigen::Vector2d> pixel;
+  // The row that a lamp is read in depends on where it is then.
+  for (int step = 0; step < (sensor.rolling_shutter_s > 0.0 ? 4 : 1); ++step) {
+    pixel = camera.project(lamp_m(vehicle, site.road, side, at_s));
+    if (!pixel || pixel->x() < 0.0 || pixel->x() > sensor.width_px - 1.0 || pixel->y() < 0.0 ||
+        pixel->y() > sensor.height_px - 1.0)
+      return std::nullopt;
+    at_s = t_s + ((pixel->y() + 0.5) / sensor.height_px - 0.5) * sensor.rolling_shutter_s;
+  }
+  LampSighting lamp;
+  lamp.centre_px = *pixel;
+  lamp.centre_sigma_px.setConstant(sigma_px);
+  lamp.row_fraction = (pixel->y() + 0.5) / sensor.height_px - 0.5;
+  return lamp;
+}
+
+VehicleTrack track_of(const Vehicle& vehicle, const Site& site, const PlanOptions& options,
+                      double from_s, double to_s, PlanRow& row) {
+  const Camera camera(*site.camera);
+  VehicleTrack track;
+  track.id = 1;
+  track.direction = vehicle.lane->direction;
+  track.kind = vehicle.oncoming() ? LampKind::headlamp : LampKind::taillamp;
+  const int frames = static_cast<int>((to_s - from_s) * options.frame_rate_hz) + 1;
+  for (int i = 0; i < frames; ++i) {
+    const double t_s = from_s + i / options.frame_rate_hz;
+    VehicleSighting sighting;
+    sighting.frame = i;
+    sighting.time = time_from_seconds<CameraTime>(t_s);
+    sighting.left = sight(vehicle, site, camera, 0.5, t_s, options.centroid_sigma_px);
+    sighting.right = sight(vehicle, site, camera, -0.5, t_s, options.centroid_sigma_px);
+    if (!sighting.left || !sighting.right) continue;
+    const double range_m = lamp_m(vehicle, site.road, 0.0, t_s).x();
+    if (track.sightings.empty()) row.from_m = range_m;
+    row.to_m = range_m;
+    track.sightings.push_back(sighting);
+  }
+  if (!track.sightings.empty())
+    row.seconds =
+        seconds_of(track.sightings.back().time) - seconds_of(track.sightings.front().time);
+  return track;
+}
+
+// One transmitter by the site's power law, or D^-2 where it has none, on a small ambient level.
+PowerTrace trace_of(const Vehicle& vehicle, const Site& site, int photodiode,
+                    const PlanOptions& options, double from_s, double to_s, Random& random) {
+  const PhotodiodeSite& diode = site.photodiodes[static_cast<std::size_t>(photodiode)];
+  const Eigen::Vector3d receiver_m(diode.position_m[0].mean, diode.position_m[1].mean,
+                                   diode.position_m[2].mean);
+  PowerLaw law;
+  law.gain_w = 1e-5;
+  law.path_loss_exponent = 2.0;
+  if (site.channel && site.channel->beam.empty()) {
+    if (site.channel->gain_db)
+      law.gain_w = ratio_from_db(site.channel->gain_db->mean) * site.channel->lamp_power_w.mean;
+    if (site.channel->path_loss_exponent)
+      law.path_loss_exponent = site.channel->path_loss_exponent->mean;
+  }
+  const double reference_w = law.power_w(kPowerAt_m, 0.0);
+  PowerTrace trace;
+  trace.photodiode = photodiode;
+  trace.photodiode_id = diode.id;
+  trace.sample_period_s = 1.0 / options.photodiode_rate_hz;
+  trace.noise_sigma_w = reference_w * std::pow(10.0, -options.photodiode_snr_db / 20.0);
+  trace.ambient_w = 0.1 * reference_w;
+  trace.ambient_sigma_w = trace.noise_sigma_w / 20.0;
+  const Eigen::Vector3d axis(std::cos(diode.pitch_rad) * std::cos(diode.yaw_rad),
+                             std::cos(diode.pitch_rad) * std::sin(diode.yaw_rad),
+                             std::sin(diode.pitch_rad));
+  const auto samples = static_cast<std::int64_t>((to_s - from_s) * options.photodiode_rate_hz);
+  for (std::int64_t i = 0; i < samples; ++i) {
+    const double t_s = from_s + static_cast<double>(i) * trace.sample_period_s;
+    const Eigen::Vector3d apart_m = lamp_m(vehicle, site.road, 0.0, t_s) - receiver_m;
+    const bool seen = apart_m.x() > 0.0 &&
+                      axis.dot(apart_m.normalized()) > std::cos(diode.half_field_of_view_rad);
+    const double light_w = seen ? law.power_w(apart_m.x(), apart_m.tail<2>().norm()) : 0.0;
+    trace.time_s.push_back(t_s - diode.time_offset_s.mean);
+    trace.power_w.push_back(
+        static_cast<float>(trace.ambient_w + light_w + trace.noise_sigma_w * random.normal()));
+  }
+  return trace;
+}
+
+PlanRow plan_lane(const LaneSite& lane, double speed_mps, const Site& site,
+                  const PlanOptions& options) {
+  PlanRow row;
+  row.lane = lane.id;
+  row.speed_mps = speed_mps;
+  const Vehicle vehicle = vehicle_of(lane, site.lamps, speed_mps);
+  const double span_s = options.farthest_m / speed_mps;
+  const double from_s = vehicle.oncoming() ? -span_s : 0.0, to_s = from_s + span_s;
+  Random random(1);
+  std::vector<PowerTrace> traces;
+  if (vehicle.oncoming())
+    for (std::size_t k = 0; k < site.photodiodes.size(); ++k)
+      traces.push_back(
+          trace_of(vehicle, site, static_cast<int>(k), options, from_s, to_s + 0.5, random));
+  if (!site.camera) {
+    const PowerPass pass{from_s, to_s + 0.3, to_s - 0.02};
+    row.seconds = span_s;
+    row.result = estimate_pass(pass, 1, site, traces);
+    return row;
+  }
+  std::vector<VehiclePower> power;
+  for (const PowerTrace& trace : traces) power.push_back({&trace, false});
+  const VehicleTrack track = track_of(vehicle, site, options, from_s, to_s, row);
+  if (track.sightings.empty())
+    row.result.withheld = Miss::too_few_samples;
+  else
+    row.result = estimate_vehicle(track, site, power).result;
+  return row;
+}
+
+}  // namespace
+
+std::vector<std::string> PlanOptions::problems() const {
+  std::vector<std::string> found;
+  const auto positive = [&](const char* name, double value) {
+    if (!(value > 0.0 && std::isfinite(value)))
+      found.push_back(std::string(name) + " = " + number_text(value) + ", must be > 0");
+  };
+  for (const double speed_kmh : speeds_kmh) positive("speeds_kmh", speed_kmh);
+  positive("frame_rate_hz", frame_rate_hz);
+  positive("centroid_sigma_px", centroid_sigma_px);
+  positive("farthest_m", farthest_m);
+  positive("photodiode_rate_hz", photodiode_rate_hz);
+  if (!std::isfinite(photodiode_snr_db)) found.push_back("photodiode_snr_db must be a number");
+  return found;
+}
+
+std::vector<PlanRow> plan_site(const Site& site, const PlanOptions& options) {
+  if (site.ego)
+    throw std::invalid_argument("plan_site: a dashcam has no lanes to plan for; leave `ego` out");
+  if (site.road.lanes.empty())
+    throw std::invalid_argument("plan_site: the site has no lanes; add road.lanes");
+  std::vector<PlanRow> rows;
+  for (const LaneSite& lane : site.road.lanes) {
+    if (!site.camera && lane.direction != Direction::oncoming) continue;
+    for (const double speed_kmh : options.speeds_kmh)
+      rows.push_back(plan_lane(lane, speed_kmh / kmh_from_mps(1.0), site, options));
+  }
+  return rows;
+}
+
+}  // namespace vildar::simulate

@@ -1,0 +1,100 @@
+#include <gtest/gtest.h>
+
+#include "delay_pass.h"
+#include "estimate/delay_light.h"
+
+namespace vildar {
+namespace {
+
+using simulated::Receiving;
+
+struct Pair {
+  PowerTrace near, far;
+
+  Outcome<DelayFit> speed(const Site& site) const {
+    const std::array<const PowerTrace*, 2> traces{&near, &far};
+    return delay_speed(site, traces, 0.0, 8.0);
+  }
+};
+
+Pair pair_of(const simulated::Vehicle& vehicle, const Site& site, Receiving receiving = {},
+             double far_gain = 1.0) {
+  Random random(7);
+  const simulated::Beam beam;
+  Pair pair;
+  pair.near = simulated::beam_trace(vehicle, site, beam, 0, receiving, random);
+  receiving.gain = far_gain;
+  pair.far = simulated::beam_trace(vehicle, site, beam, 1, receiving, random);
+  return pair;
+}
+
+TEST(Delay, SpeedAndAccelerationNeedNothingButTheBaseline) {
+  const Site site = simulated::two_photodiodes(2.0);
+  for (const double acceleration_mps2 : {0.0, 1.5, -1.5}) {
+    simulated::Vehicle vehicle;
+    vehicle.acceleration_mps2 = acceleration_mps2;
+    const auto outcome = pair_of(vehicle, site, {.snr_db = 60.0}).speed(site);
+    ASSERT_TRUE(std::holds_alternative<DelayFit>(outcome));
+    const auto& fit = std::get<DelayFit>(outcome);
+    const double truth_mps = vehicle.speed_at_mps(fit.speed.time_s);
+    EXPECT_NEAR(fit.speed.speed_mps / truth_mps, 1.0, 0.002);
+    EXPECT_LT(std::abs(fit.speed.speed_mps - truth_mps), 4.0 * fit.speed.std_mps);
+    EXPECT_LT(std::abs(fit.acceleration_mps2 - acceleration_mps2), 4.0 * fit.acceleration_std_mps2);
+    EXPECT_LT(fit.acceleration_std_mps2, 0.2);
+  }
+}
+
+TEST(Delay, SpeedGoesWithTheBaselineAndItsSigmaWithBoth) {
+  const Site site = simulated::two_photodiodes(2.0);
+  const Site stretched = simulated::two_photodiodes(4.0, 0.002, 0.04);
+  const Pair pair = pair_of({}, site);
+  const auto one = std::get<DelayFit>(pair.speed(site));
+  const auto other = std::get<DelayFit>(pair.speed(stretched));
+  constexpr double kPriorOnAcceleration = 2e-3;  // it alone does not scale
+  EXPECT_NEAR(other.speed.speed_mps / one.speed.speed_mps, 2.0, kPriorOnAcceleration);
+  const double relative = one.speed.std_mps / one.speed.speed_mps;
+  EXPECT_NEAR(other.speed.std_mps / other.speed.speed_mps, std::hypot(relative, 0.01), 5e-4);
+}
+
+TEST(Delay, AGainRatioIsFoundAndDoesNotBendTheSpeed) {
+  const Site site = simulated::two_photodiodes(2.0, 0.05);
+  const simulated::Vehicle vehicle;
+  const auto fit = std::get<DelayFit>(pair_of(vehicle, site, {.snr_db = 60.0}, 1.04).speed(site));
+  EXPECT_NEAR(fit.log_ratio, std::log(1.04), 4.0 * fit.log_ratio_std);
+  EXPECT_NEAR(fit.speed.speed_mps, vehicle.speed_at_mps(fit.speed.time_s), 4.0 * fit.speed.std_mps);
+}
+
+TEST(Delay, WhatItCannotDoIsNamed) {
+  Site site = simulated::two_photodiodes(2.0);
+  const Pair pair = pair_of({}, site);
+  const auto miss = [&](const Site& changed) { return std::get<Miss>(pair.speed(changed)); };
+  Site higher = site;
+  higher.photodiodes[1].position_m[2].mean = 4.2;
+  EXPECT_EQ(miss(higher), Miss::outside_model);
+  Site turned = site;
+  turned.photodiodes[1].yaw_rad = 0.1;
+  EXPECT_EQ(miss(turned), Miss::outside_model);
+  Site curved = site;
+  curved.road.kind = RoadKind::curved;
+  EXPECT_EQ(miss(curved), Miss::outside_model);
+  Site together = site;
+  together.photodiodes[1].position_m[0].mean = 0.0;
+  EXPECT_EQ(miss(together), Miss::no_scale);
+  const std::array<const PowerTrace*, 1> alone{&pair.near};
+  EXPECT_EQ(std::get<Miss>(delay_speed(site, alone, 0.0, 8.0)), Miss::no_scale);
+}
+
+TEST(Delay, PulsesThatAreNotAlikeAreRefusedOrVeryUncertain) {
+  const Site site = simulated::two_photodiodes(2.0);
+  simulated::Vehicle other;
+  other.speed_mps = 12.0;
+  Pair pair = pair_of({}, site);
+  pair.far = pair_of(other, site).far;
+  const auto outcome = pair.speed(site);
+  if (const auto* fit = std::get_if<DelayFit>(&outcome)) {
+    EXPECT_GT(fit->speed.std_mps, 0.25 * fit->speed.speed_mps);
+  }
+}
+
+}  // namespace
+}  // namespace vildar

@@ -1,0 +1,65 @@
+#include <cmath>
+#include <cstdio>
+
+#include "core/clock.h"
+#include "estimate/recursive_fit.h"
+#include "estimate/vehicle.h"
+#include "simulated_pass.h"
+#include "study.h"
+
+namespace vildar {
+namespace {
+
+constexpr int kTrials = 1000;
+
+using RecursiveStudy = Study;
+
+TEST_F(RecursiveStudy, AsGoodAsTheBatchAtTwentyMetres) {
+  for (const double camera_height_m : {4.0, 1.5})
+    for (const double range_m : {40.0, 30.0, 20.0}) {
+      Random random(20260151);
+      const Site site = simulated::mast_site(camera_height_m);
+      double live2 = 0.0, batch2 = 0.0;
+      int used = 0, covered = 0;
+      for (int i = 0; i < kTrials; ++i) {
+        simulated::Vehicle vehicle;
+        vehicle.speed_mps = random.uniform(8.0, 35.0);
+        vehicle.acceleration_mps2 = random.normal(0.0, 1.5);
+        vehicle.lateral_m = random.normal(-4.0, 0.3);
+        vehicle.height_m = random.normal(0.65, 0.1);
+        vehicle.separation_m = random.normal(1.2, 0.15);
+        VehicleTrack track =
+            simulated::track_of(vehicle, site, {.to_s = 50.0 / vehicle.speed_mps}, random);
+        std::erase_if(track.sightings, [&](const VehicleSighting& sighting) {
+          return vehicle.along_at_m(seconds_of(sighting.time)) < range_m;
+        });
+        RecursiveFit live(site, track);
+        for (const VehicleSighting& sighting : track.sightings) live.add(sighting);
+        std::vector<std::string> warnings;
+        const auto batch = fit_trajectory(track, Camera(*site.camera), site, warnings);
+        const auto speed = live.speed();
+        if (!std::holds_alternative<SpeedEstimate>(speed) ||
+            !std::holds_alternative<Trajectory>(batch))
+          continue;
+        ++used;
+        const auto& found = std::get<SpeedEstimate>(speed);
+        const double truth_mps = vehicle.speed_at_mps(found.time_s);
+        live2 += std::pow(found.speed_mps / truth_mps - 1.0, 2);
+        batch2 += std::pow(
+            std::get<Trajectory>(batch).at(found.time_s).over_ground_mps / truth_mps - 1.0, 2);
+        covered += found.lo95_mps <= truth_mps && truth_mps <= found.hi95_mps;
+      }
+      std::printf(
+          "camera %.1f m, at %.0f m: recursive %.2f %%, batch %.2f %%, coverage %.3f, n %d\n",
+          camera_height_m, range_m, 100.0 * std::sqrt(live2 / used),
+          100.0 * std::sqrt(batch2 / used), covered / static_cast<double>(used), used);
+      EXPECT_GE(used, kTrials * 97 / 100);
+      if (range_m == 20.0) {
+        EXPECT_LE(std::sqrt(live2 / batch2), 1.02);
+        EXPECT_GE(covered, used * 93 / 100);
+      }
+    }
+}
+
+}  // namespace
+}  // namespace vildar
