@@ -14,6 +14,8 @@ namespace vildar {
 namespace {
 
 constexpr double kHuberBound_1d = 2.0;
+// Of the cost. The beam's coefficients creep long after everything else stands.
+constexpr double kTolerance = 1e-5;
 
 struct LightPrior {
   const LightSetting* setting;
@@ -115,12 +117,12 @@ Outcome<Solved> solve_joint(const JointProblem& joint, Unknowns& unknowns, doubl
   // a wrong minimum.
   if (light_first) {
     problem.SetParameterBlockConstant(unknowns.path.data());
-    minimise(problem);
+    minimise(problem, nullptr, kTolerance);
     problem.SetParameterBlockVariable(unknowns.path.data());
   }
   std::vector<double*> blocks{unknowns.path.data(), unknowns.light.data()};
   for (ReceiverVector& own : unknowns.own) blocks.push_back(own.data());
-  const auto outcome = solve(problem, blocks);
+  const auto outcome = solve(problem, blocks, kTolerance);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   Solved solved;
   solved.fit.parameters = unknowns.path;
@@ -217,16 +219,13 @@ Outcome<JointFit> fit_joint(const Trajectory& camera_only, const Site& site,
   if (std::holds_alternative<Miss>(first)) return Miss::bad_fit;
   Solved solved = std::get<Solved>(first);
   if (const auto miss = gate(joint, solved, camera_only)) return *miss;
-  for (int round = 0; round < 2; ++round) {
-    const double share = unmodelled_share(joint, solved.errors);
-    for (std::size_t r = 0; r < factors.size(); ++r)
-      factors[r] = correlation_factor(joint.receivers[r], solved.errors[r], share);
-    set_sigmas(joint, share, factors);
-    const auto next = solve_joint(joint, unknowns, to_s - from_s, false);
-    if (std::holds_alternative<Miss>(next)) break;
-    if (gate(joint, std::get<Solved>(next), camera_only)) break;
-    solved = std::get<Solved>(next);
-  }
+  const double share = unmodelled_share(joint, solved.errors);
+  for (std::size_t r = 0; r < factors.size(); ++r)
+    factors[r] = correlation_factor(joint.receivers[r], solved.errors[r], share);
+  set_sigmas(joint, share, factors);
+  const auto second = solve_joint(joint, unknowns, to_s - from_s, false);
+  const Solved* sharper = std::get_if<Solved>(&second);
+  if (sharper && !gate(joint, *sharper, camera_only)) solved = *sharper;
 
   JointFit fit;
   fit.samples = joint.samples;

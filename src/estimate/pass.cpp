@@ -176,6 +176,10 @@ VehicleResult estimate_pass(const PowerPass& pass, int pass_number, const Site& 
   stand_by_surest(methods, result);
   if (!result.withheld && lane && !curved) result.lateral_m = lane->lateral_m.mean;
   warn_of_contradictions(result);
+  if (result.withheld == Miss::no_scale)
+    result.warnings.push_back(
+        "speed is unobservable: light alone needs channel.gain_db and path_loss_exponent with "
+        "lamps.height_m and a lane, or a second photodiode a known distance up the road");
   return result;
 }
 

@@ -15,11 +15,11 @@ void hold_fixed_all_but(const std::vector<int>& free, int size, double* block,
   if (!fixed.empty()) problem.SetManifold(block, new ceres::SubsetManifold(size, fixed));
 }
 
-bool minimise(ceres::Problem& problem, int* iterations) {
+bool minimise(ceres::Problem& problem, int* iterations, double tolerance) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.max_num_iterations = 60;
-  options.function_tolerance = 1e-10;
+  options.function_tolerance = tolerance;
   options.parameter_tolerance = 1e-10;
   options.gradient_tolerance = 1e-12;
   options.logging_type = ceres::SILENT;
@@ -29,9 +29,10 @@ bool minimise(ceres::Problem& problem, int* iterations) {
   return summary.IsSolutionUsable();
 }
 
-Outcome<Solution> solve(ceres::Problem& problem, const std::vector<double*>& blocks) {
+Outcome<Solution> solve(ceres::Problem& problem, const std::vector<double*>& blocks,
+                        double tolerance) {
   Solution solution;
-  if (!minimise(problem, &solution.iterations)) return Miss::not_converged;
+  if (!minimise(problem, &solution.iterations, tolerance)) return Miss::not_converged;
   ceres::CRSMatrix sparse;
   ceres::Problem::EvaluateOptions evaluate;
   evaluate.parameter_blocks = blocks;

@@ -15,7 +15,8 @@ void hold_fixed_all_but(const std::vector<int>& free, int size, double* block,
 
 /// Minimises without asking how well the unknowns are determined; false where it failed. Counts the
 /// steps where asked to.
-bool minimise(ceres::Problem& problem, int* iterations = nullptr);
+/// `tolerance` is the relative change of the cost at which it stops.
+bool minimise(ceres::Problem& problem, int* iterations = nullptr, double tolerance = 1e-10);
 
 struct Solution {
   double cost = 0.0;
@@ -26,6 +27,7 @@ struct Solution {
 /// Minimises a small dense problem and inverts its information matrix (loss-corrected J^T J,
 /// undamped) at the optimum. The problem's blocks hold the solution afterwards.
 /// Misses: not_converged, unobservable (smallest eigenvalue of the scaled information below 1e-12).
-Outcome<Solution> solve(ceres::Problem& problem, const std::vector<double*>& blocks);
+Outcome<Solution> solve(ceres::Problem& problem, const std::vector<double*>& blocks,
+                        double tolerance = 1e-10);
 
 }  // namespace vildar

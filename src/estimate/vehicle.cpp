@@ -180,6 +180,11 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
     report(track, *trajectory, speed, result);
   } else {
     result.withheld = std::get<Miss>(fitted);
+    if (result.withheld == Miss::no_scale)
+      result.warnings.push_back(
+          "speed is unobservable: no length fixes the scale; measure one of lamps.height_m (with "
+          "camera.position_m), lamps.separation_m, road.radius_m, or the distance between two "
+          "photodiodes along the road");
   }
   MethodResult geometry{Method::geometry_camera, Miss::unobservable, result.n_frames, ""};
   if (result.withheld)

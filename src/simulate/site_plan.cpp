@@ -50,7 +50,7 @@ Eigen::Vector3d lamp_m(const Vehicle& vehicle, const RoadSite& road, double side
 }
 
 std::optional<LampSighting> sight(const Vehicle& vehicle, const Site& site, const Camera& camera,
-                                  double side, double t_s, double sigma_px) {
+                                  double side, double t_s, double sigma_px, Random& random) {
   const CameraSite& sensor = *site.camera;
   double at_s = t_s;
   std::optional<Eigen::Vector2d> pixel;
@@ -63,14 +63,14 @@ std::optional<LampSighting> sight(const Vehicle& vehicle, const Site& site, cons
     at_s = t_s + ((pixel->y() + 0.5) / sensor.height_px - 0.5) * sensor.rolling_shutter_s;
   }
   LampSighting lamp;
-  lamp.centre_px = *pixel;
+  lamp.centre_px = *pixel + sigma_px * Eigen::Vector2d(random.normal(), random.normal());
   lamp.centre_sigma_px.setConstant(sigma_px);
   lamp.row_fraction = (pixel->y() + 0.5) / sensor.height_px - 0.5;
   return lamp;
 }
 
 VehicleTrack track_of(const Vehicle& vehicle, const Site& site, const PlanOptions& options,
-                      double from_s, double to_s, PlanRow& row) {
+                      double from_s, double to_s, PlanRow& row, Random& random) {
   const Camera camera(*site.camera);
   VehicleTrack track;
   track.id = 1;
@@ -82,8 +82,8 @@ VehicleTrack track_of(const Vehicle& vehicle, const Site& site, const PlanOption
     VehicleSighting sighting;
     sighting.frame = i;
     sighting.time = time_from_seconds<CameraTime>(t_s);
-    sighting.left = sight(vehicle, site, camera, 0.5, t_s, options.centroid_sigma_px);
-    sighting.right = sight(vehicle, site, camera, -0.5, t_s, options.centroid_sigma_px);
+    sighting.left = sight(vehicle, site, camera, 0.5, t_s, options.centroid_sigma_px, random);
+    sighting.right = sight(vehicle, site, camera, -0.5, t_s, options.centroid_sigma_px, random);
     if (!sighting.left || !sighting.right) continue;
     const double range_m = lamp_m(vehicle, site.road, 0.0, t_s).x();
     if (track.sightings.empty()) row.from_m = range_m;
@@ -136,15 +136,15 @@ PowerTrace trace_of(const Vehicle& vehicle, const Site& site, int photodiode,
   return trace;
 }
 
-PlanRow plan_lane(const LaneSite& lane, double speed_mps, const Site& site,
-                  const PlanOptions& options) {
+PlanRow plan_pass(const LaneSite& lane, double speed_mps, const Site& site,
+                  const PlanOptions& options, std::uint64_t seed) {
   PlanRow row;
   row.lane = lane.id;
   row.speed_mps = speed_mps;
   const Vehicle vehicle = vehicle_of(lane, site.lamps, speed_mps);
   const double span_s = options.farthest_m / speed_mps;
   const double from_s = vehicle.oncoming() ? -span_s : 0.0, to_s = from_s + span_s;
-  Random random(1);
+  Random random(seed);
   std::vector<PowerTrace> traces;
   if (vehicle.oncoming())
     for (std::size_t k = 0; k < site.photodiodes.size(); ++k)
@@ -158,12 +158,30 @@ PlanRow plan_lane(const LaneSite& lane, double speed_mps, const Site& site,
   }
   std::vector<VehiclePower> power;
   for (const PowerTrace& trace : traces) power.push_back({&trace, false});
-  const VehicleTrack track = track_of(vehicle, site, options, from_s, to_s, row);
+  const VehicleTrack track = track_of(vehicle, site, options, from_s, to_s, row, random);
   if (track.sightings.empty())
     row.result.withheld = Miss::too_few_samples;
   else
     row.result = estimate_vehicle(track, site, power).result;
   return row;
+}
+
+// Of a few passes that differ in their noise, the one whose sigma is the middle one; a pass that is
+// withheld counts as the least sure.
+PlanRow plan_lane(const LaneSite& lane, double speed_mps, const Site& site,
+                  const PlanOptions& options) {
+  constexpr std::uint64_t kPasses = 5;
+  std::vector<PlanRow> rows;
+  for (std::uint64_t seed = 1; seed <= kPasses; ++seed)
+    rows.push_back(plan_pass(lane, speed_mps, site, options, seed));
+  const auto middle = rows.begin() + kPasses / 2;
+  std::nth_element(rows.begin(), middle, rows.end(), [](const PlanRow& a, const PlanRow& b) {
+    const auto sigma = [](const PlanRow& row) {
+      return row.result.withheld ? INFINITY : row.result.speed.std_mps;
+    };
+    return sigma(a) < sigma(b);
+  });
+  return *middle;
 }
 
 }  // namespace

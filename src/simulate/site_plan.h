@@ -31,8 +31,9 @@ struct PlanRow {
 };
 
 /// Expected sigmas of a site before anything is installed: a vehicle of the site's mean sizes
-/// drives through each lane, its bearings without error but with the sigma they would have, its
-/// power with noise; the estimator says what it knows. Photodiodes count where the site has them.
+/// drives through each lane a few times, with the noise that bearings and power would have; the
+/// estimator says what it knows, and the middle pass counts. Photodiodes count where the site has
+/// them.
 /// Throws std::invalid_argument for a dashcam (`ego`) or a site without lanes.
 std::vector<PlanRow> plan_site(const Site& site, const PlanOptions& options);
 

@@ -1,0 +1,86 @@
+#include "simulate/site_plan.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "core/quantity.h"
+
+namespace vildar::simulate {
+namespace {
+
+Site mast_site() {
+  Site site;
+  CameraSite camera;
+  camera.width_px = 1920;
+  camera.height_px = 1080;
+  camera.focal_px = {1400.0, 1400.0};
+  camera.principal_px = {959.5, 539.5};
+  camera.position_m = {Uncertain{0.0, 0.0}, Uncertain{0.0, 0.0}, Uncertain{4.0, 0.0}};
+  camera.pitch_rad.mean = radians_from_degrees(-4.0);
+  site.camera = camera;
+  site.road.lanes = {{"near", {-4.0, 0.3}, 3.5, Direction::oncoming},
+                     {"far", {-7.5, 0.3}, 3.5, Direction::receding}};
+  site.lamps.height_m = Uncertain{0.65, 0.1};
+  site.lamps.separation_m = Uncertain{1.2, 0.15};
+  return site;
+}
+
+double relative(const PlanRow& row) { return row.result.speed.std_mps / row.speed_mps; }
+
+TEST(SitePlan, TheScaleIsTheClosedForm) {
+  const auto rows = plan_site(mast_site(), {.speeds_kmh = {50.0, 130.0}});
+  ASSERT_EQ(rows.size(), 4U);
+  const double floor =
+      1.0 / std::sqrt(std::pow(4.0 / 0.3, 2) + std::pow(3.35 / 0.1, 2) + std::pow(1.2 / 0.15, 2));
+  for (const PlanRow& row : {rows[0], rows[1]}) {
+    EXPECT_EQ(row.lane, "near");
+    EXPECT_NEAR(relative(row) / floor, 1.0, 0.03);
+    EXPECT_GT(row.from_m, 75.0);
+    EXPECT_LT(row.to_m, 15.0);
+    EXPECT_NEAR(row.seconds * row.speed_mps, row.from_m - row.to_m, 1e-6);
+  }
+  EXPECT_EQ(rows[2].lane, "far");
+  EXPECT_GT(rows[2].to_m, rows[2].from_m) << "a receding vehicle drives away";
+}
+
+TEST(SitePlan, ASecondPhotodiodeUpTheRoadBreaksTheScale) {
+  Site site = mast_site();
+  const PlanRow camera = plan_site(site, {.speeds_kmh = {50.0}}).front();
+  site.photodiodes.resize(2);
+  for (PhotodiodeSite& photodiode : site.photodiodes)
+    photodiode.position_m = site.camera->position_m;
+  site.photodiodes[1].position_m[0] = Uncertain{2.0, 0.0};
+  site.photodiodes[1].gain_ratio.std = 0.002;
+  const PlanRow both = plan_site(site, {.speeds_kmh = {50.0}}).front();
+  EXPECT_LT(relative(both), 0.2 * relative(camera));
+  EXPECT_EQ(both.result.method, Method::fused);
+  EXPECT_GT(both.result.budget->scale_shares.at("photodiode_delay"), 0.9);
+}
+
+TEST(SitePlan, SaysWhyNothingWouldBeMeasured) {
+  Site site = mast_site();
+  site.lamps = {};
+  site.road.lanes.push_back({"middle", {-2.0, 0.3}, 3.5, Direction::oncoming});
+  const PlanRow row = plan_site(site, {.speeds_kmh = {50.0}}).front();
+  EXPECT_EQ(row.result.withheld, Miss::no_scale);
+  ASSERT_FALSE(row.result.warnings.empty());
+  EXPECT_NE(row.result.warnings.front().find("lamps.height_m"), std::string::npos);
+}
+
+TEST(SitePlan, RefusesWhatItCannotPlan) {
+  Site site = mast_site();
+  site.ego = EgoSite{};
+  EXPECT_THROW(plan_site(site, {}), std::invalid_argument);
+  site = mast_site();
+  site.road.lanes.clear();
+  EXPECT_THROW(plan_site(site, {}), std::invalid_argument);
+  PlanOptions options;
+  options.frame_rate_hz = 0.0;
+  options.farthest_m = -1.0;
+  EXPECT_EQ(options.problems().size(), 2U);
+}
+
+}  // namespace
+}  // namespace vildar::simulate
