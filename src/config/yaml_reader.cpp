@@ -317,6 +317,10 @@ YamlReader::YamlReader(std::shared_ptr<const YamlNode> node, const fs::path& fil
   if (!root_) finish();
 }
 
+std::size_t YamlReader::problem_count() const {
+  return state_->problems.size() + state_->problems_left_out;
+}
+
 YamlMap YamlReader::root() const { return *root_; }
 
 void YamlReader::finish() const {

@@ -213,6 +213,8 @@ class YamlReader {
   YamlReader(std::string_view text, const std::filesystem::path& file);
 
   YamlMap root() const;
+  /// Problems noted so far; unknown keys are not among them before finish().
+  std::size_t problem_count() const;
   /// Reports keys that nobody asked for, with the nearest that were; then throws ConfigError with
   /// all problems in order of line (the first hundred in full) unless there are none.
   void finish() const;

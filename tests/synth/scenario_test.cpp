@@ -249,6 +249,17 @@ TEST_F(LoadScenario, BadWorldsAreNamed) {
   }
 }
 
+// File, line, full key, fault and remedy, and nothing else.
+TEST_F(LoadScenario, OneFaultOneMessage) {
+  std::string text = "duration_s: 4\n" + std::string(kSite);
+  text.replace(text.find("exposure_s: 0.001"), 17, "exposure_s: -0.01");
+  const std::string found = problems(text);
+  EXPECT_NE(found.find("site.camera.exposure_s: -0.01 is out of range; must be > 0"),
+            std::string::npos)
+      << found;
+  EXPECT_EQ(found.find("missing"), std::string::npos) << found;
+}
+
 TEST_F(LoadScenario, WhatTheRendererNeedsOfTheSite) {
   std::string site = kSite;
   site.erase(site.find("    exposure_s"), std::string("    exposure_s: 0.001\n").size());
