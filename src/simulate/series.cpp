@@ -51,7 +51,9 @@ Figure accuracy_figure(const std::vector<Case>& cases, const std::vector<PassSco
   double least = 100.0;
   for (const PassScores& one : scores)
     for (const double accuracy : one.accuracy_percent) least = std::min(least, accuracy);
-  figure.y_low = least > 98.5 ? 98.0 : least > 85.0 ? 80.0 : 50.0;
+  figure.y_low = 50.0;
+  for (const double low : {80.0, 90.0, 94.0, 98.0})
+    if (least > low + 0.05 * (100.0 - low)) figure.y_low = low;
   figure.y_high = 100.0 + 0.04 * (100.0 - *figure.y_low);
   return figure;
 }
