@@ -8,6 +8,7 @@ $VILDAR_SHARED/data. Needs the ffmpeg program.
 """
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 
@@ -29,6 +30,9 @@ def main() -> int:
     if len(sys.argv) < 2:
         print(__doc__, file=sys.stderr)
         return 2
+    if not shutil.which("ffmpeg"):
+        print("the ffmpeg program is not installed; on Debian: apt-get install ffmpeg", file=sys.stderr)
+        return 3
     clips = [pathlib.Path(word) for word in sys.argv[2:]] or sorted(ROOT.glob("data_samples/*/clip.mp4"))
     tiles = []
     for clip in clips:
