@@ -23,8 +23,10 @@ Term difference(double miss, double sigma, double wide) {
 }
 
 // Two lamps on one rigid body keep their vector but for the looming they share.
-Term motion(const Lamp& a, const Lamp& b) {
-  constexpr double kGive_per_s = 0.06, kRateGive_per_s = 0.3, kRateShare = 0.3;
+Term motion(const Lamp& a, const Lamp& b, const RoadView& view) {
+  constexpr double kGive_per_s = 0.06, kRateShare = 0.3;
+  // Where the sensor itself moves, bends and steering shift the point that lamps come from.
+  const double give_per_s = view.moving_sensor() ? 0.5 : 0.3;
   constexpr double kStranger_pxps = 8.0, kStrangerShare = 0.3;
   const Eigen::Vector2d apart_px = b.at_px() - a.at_px();
   const double length_px = apart_px.norm();
@@ -35,7 +37,7 @@ Term motion(const Lamp& a, const Lamp& b) {
   const double sigma =
       std::hypot(a.velocity_sigma_pxps(), b.velocity_sigma_pxps(), kGive_per_s * length_px);
   const double sideways = (speed_pxps - along * along.dot(speed_pxps)).norm();
-  const double rate_sigma = kRateGive_per_s + kRateShare * std::abs(rate_per_s);
+  const double rate_sigma = give_per_s + kRateShare * std::abs(rate_per_s);
   const double stretch = along.dot(speed_pxps) + rate_per_s * length_px;
   const double stranger_pxps =
       kStranger_pxps + kStrangerShare * 0.5 * (a.velocity_pxps().norm() + b.velocity_pxps().norm());
@@ -50,7 +52,8 @@ PairLook look_at_pair(const Lamp& a, const Lamp& b, const RoadView& view) {
   constexpr double kSigmaShare = 0.7, kLeastSigma_px = 0.6;
   constexpr double kStrangerLevel_px = 2.0, kStrangerLevelShare = 0.2;
   // Beams, dirt, the angle at which each is seen, and what clipping hides.
-  constexpr double kFluxSigmaLn = 0.8, kStrangerFluxLn = 2.0, kMostFluxChi2 = 14.0;
+  constexpr double kFluxSigmaLn = 0.8, kFluxSigmaClippedLn = 1.2;
+  constexpr double kStrangerFluxLn = 2.0, kMostFluxChi2 = 14.0;
   constexpr double kStrangerWidthLn = 3.0;  // e-folds over which a chance separation may fall
   constexpr double kLaneSigma_m = 0.9, kLaneShare = 0.15, kMostLane = 4.0;
   constexpr double kUnknownKind = 2.0;
@@ -69,11 +72,14 @@ PairLook look_at_pair(const Lamp& a, const Lamp& b, const RoadView& view) {
   look.chi2 = level.chi2 + look.fit.depth_chi2;
   const double density = std::sqrt(2.0 * M_PI) * look.fit.depth_sigma_ln / kStrangerWidthLn;
   look.log_odds = level.log_odds - 0.5 * look.fit.depth_chi2 - std::min(0.0, std::log(density));
-  const Term moving = motion(a, b);
+  const Term moving = motion(a, b, view);
   look.chi2 += moving.chi2;
   look.log_odds += moving.log_odds;
 
-  const Term flux = difference(a.log_flux() - b.log_flux(), kFluxSigmaLn, kStrangerFluxLn);
+  const bool clipped =
+      a.records.back().sighting.saturated_px > 0 && b.records.back().sighting.saturated_px > 0;
+  const Term flux = difference(a.log_flux() - b.log_flux(),
+                               clipped ? kFluxSigmaClippedLn : kFluxSigmaLn, kStrangerFluxLn);
   look.chi2 += std::min(kMostFluxChi2, flux.chi2);
   look.log_odds += flux.log_odds;
   double penalty = a.kind() != b.kind() ? kUnknownKind : 0.0;

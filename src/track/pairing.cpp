@@ -18,11 +18,13 @@ constexpr double kMostChi2ToJoin = 13.0;
 constexpr double kMostChi2ToStay = 17.0;
 constexpr double kMostChi2Counted = 50.0;
 // Looks at a pair are not independent of one another: only one in so many counts as one.
-constexpr double kLooksPerFact = 3.0;
+constexpr double kLooksPerFact = 3.0, kMostFacts = 3.0;
 // Natural log odds: that two neighbours are one vehicle's before anything is seen of them, and that
 // an arrangement which has held so far goes on.
-constexpr double kPriorLogOdds = -1.5;
-constexpr double kStayingLogOdds = 4.0;
+constexpr double kPriorLogOdds = -0.5;
+constexpr double kStayingLogOdds = 3.0;
+constexpr int kYoung = 15;  // frames seen together
+constexpr int kLong = 45;   // what was seen of a pair for so long is reported
 constexpr double kLeastLogOdds = -15.0;
 // The body of a vehicle hides, from low down, whatever shines on the line between its lamps.
 constexpr double kBetweenChi2 = 12.0;
@@ -46,6 +48,10 @@ bool has_changed(const Lamp& lamp, LampKind kind) {
                           lamp.red.share() > kRedShare;
   return turned_red ||
          (lamp.lamp_like.looks() >= kLampLooks && lamp.lamp_like.share() < kLampShare);
+}
+
+double staying_log_odds(const Vehicle& vehicle) {
+  return kStayingLogOdds * std::min(1.0, vehicle.both_seen / static_cast<double>(kYoung));
 }
 
 struct Choice {
@@ -175,8 +181,9 @@ std::vector<Pairing::Evidence*> Pairing::best_pairs(std::int64_t frame) {
     const bool together = pair.a->vehicle && pair.a->vehicle == pair.b->vehicle;
     if ((pair.last_frame != frame && !together) || pair.looks < kLooksToJoin) continue;
     if (!together && (pair.chi2 > kMostChi2ToJoin || !fits_kind(*pair.a, *pair.b))) continue;
-    const double worth = kPriorLogOdds + pair.log_odds * pair.looks / kLooksPerFact +
-                         (together ? kStayingLogOdds : 0.0);
+    const double worth = kPriorLogOdds +
+                         pair.log_odds * std::min(kMostFacts, pair.looks / kLooksPerFact) +
+                         (together ? staying_log_odds(*pair.a->vehicle) : 0.0);
     if (worth <= 0.0) continue;
     candidates.push_back(&pair);
     edges.push_back({index_of(pair.a), index_of(pair.b), worth});
@@ -228,16 +235,22 @@ void Pairing::join(Evidence& pair, Vehicles& vehicles, std::int64_t frame) {
   const bool a_is_left = pair.a->at_px().x() < pair.b->at_px().x();
   Lamp* left = a_is_left ? pair.a : pair.b;
   Lamp* right = a_is_left ? pair.b : pair.a;
+  if (vehicle && (pair.a->vehicle && pair.b->vehicle)) return;
   if (vehicle) {  // the lost lamp must have stood on the side where the new one is
     const bool fits =
         vehicle->left == left ? !vehicle->right : vehicle->right == right && !vehicle->left;
     constexpr double kMostStretch = 1.4;
     const double stretch = pair.width_per_depth / pair.inverse_depth_per_m /
                            (vehicle->width_per_depth / vehicle->inverse_depth_per_m);
-    if (!fits || (pair.a->vehicle && pair.b->vehicle) || stretch > kMostStretch ||
-        stretch < 1.0 / kMostStretch)
-      return;
-  } else {
+    if (!fits || stretch > kMostStretch || stretch < 1.0 / kMostStretch) {
+      if (vehicle->both_seen >= kYoung) return;
+      // Hardly seen as a pair, and with another partner than this likelier one.
+      left->vehicle = right->vehicle = nullptr;
+      std::erase_if(vehicles, [&](const auto& one) { return one.get() == vehicle; });
+      vehicle = nullptr;
+    }
+  }
+  if (!vehicle) {
     const Eigen::Vector2d middle_px = 0.5 * (left->at_px() + right->at_px());
     for (const auto& other : vehicles)
       if (other->left && other->right &&
@@ -312,7 +325,6 @@ void Pairing::update(Lamps& lamps, Vehicles& vehicles, std::int64_t frame, Camer
   const std::vector<Evidence*> chosen = best_pairs(frame);
   // A pair gives way when a likelier arrangement of all lamps leaves it out. What was seen of it
   // for long is reported; a short one never was.
-  constexpr int kYoung = 15, kLong = 45;
   for (const Evidence& pair : evidence_) {
     Vehicle* vehicle = pair.a->vehicle;
     if (!vehicle || vehicle != pair.b->vehicle) continue;

@@ -16,13 +16,14 @@ constexpr double kLeastSeparationSigmaLn = 0.2;
 constexpr double kLeastLampHeightSigma_m = 0.12;
 // Vans, buses and lorries, about one vehicle in seven: their lamps stand this much higher.
 constexpr double kTallerBy_m = 0.3, kTallLampSigma_m = 0.2;
-constexpr double kTallPenalty = 3.6;  // -2 ln(1/6)
+// Less than -2 ln(1/6): a lone light at that height is likelier a tall vehicle's as well.
+constexpr double kTallPenalty = 1.6;
 // Road and camera are never level to better than this; a low camera rides on a vehicle.
 const double kLeastTilt_rad = radians_from_degrees(0.15);
 const double kLeastTiltLow_rad = radians_from_degrees(0.3);
 constexpr double kLow_m = 2.0;
 // Road camber, steering, unequal lamps.
-constexpr double kLevelTolerance_rad = 0.06;
+constexpr double kLevelTolerance_rad = 0.045;
 
 }  // namespace
 
