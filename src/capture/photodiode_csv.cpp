@@ -101,14 +101,18 @@ class CsvReader {
 };
 
 PhotodiodeRecording CsvReader::read() {
-  constexpr std::size_t kBlock = std::size_t{1} << 20;
+  constexpr std::size_t kLeastBlock = std::size_t{1} << 16;
+  constexpr std::size_t kLargestBlock = std::size_t{1} << 20;
+  const std::size_t block = file_.size_bytes() == 0
+                                ? kLargestBlock
+                                : std::clamp(file_.size_bytes(), kLeastBlock, kLargestBlock);
   constexpr std::size_t kLongestLine = std::size_t{1} << 24;
-  std::vector<char> buffer(2 * kBlock);
+  std::vector<char> buffer(2 * block);
   std::size_t kept = 0;
   bool first = true;
   for (;;) {
-    if (kept + kBlock > buffer.size()) buffer.resize(2 * buffer.size());
-    const std::size_t count = file_.read(buffer.data() + kept, kBlock);
+    if (kept + block > buffer.size()) buffer.resize(2 * buffer.size());
+    const std::size_t count = file_.read(buffer.data() + kept, block);
     const char* begin = buffer.data();
     const char* end = begin + kept + count;
     if (std::exchange(first, false)) {

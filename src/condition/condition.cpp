@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "condition/clean_samples.h"
+#include "condition/negative_samples.h"
 #include "condition/noise.h"
 #include "core/error.h"
 
@@ -69,6 +70,10 @@ std::vector<PowerTrace> condition(const PhotodiodeRecording& recording, const Si
     if (unit_w != 1.0)
       for (float& power_w : trace.power_w) power_w = static_cast<float>(power_w * unit_w);
     set_levels(trace);
+    if (const std::int64_t negative = drop_negative(trace); negative > 0) {
+      trace.rejected["negative"] = negative;
+      set_levels(trace);
+    }
     traces.push_back(std::move(trace));
   }
   return traces;

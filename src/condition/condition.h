@@ -18,7 +18,8 @@ namespace vildar {
 /// - `clipped`: samples at an end of the range. The ends come from `full_scale_v`, for
 /// whole-numbered counts also
 ///   from 0 and from a maximum that is the top code of a converter; where neither is known, a run
-///   of 5 or more exactly equal samples at the trace's maximum counts as clipped.
+///   of 5 or more exactly equal samples at the trace's maximum counts as clipped;
+/// - `negative`: samples below zero by far more than the noise and the darkest part explain.
 ///
 /// `ambient_w` is the level of the darkest part of the trace in 50 ms means (whole periods of 100
 /// and 120 Hz flicker). Where vehicles are near throughout, it contains their light. Throws

@@ -100,6 +100,25 @@ std::vector<Stretch> parts_of(const Light& light, Stretch whole) {
   return parts;
 }
 
+/// A part from its first block's beginning to its last one's end. Where stamps are uneven those are
+/// not exact; the middle between two blocks is the limit, so that neighbours do not overlap.
+PowerPass pass_of(const Light& light, Stretch part) {
+  const auto middle_s = [&](std::size_t i) {
+    return light.blocks[i - 1].time_s + 0.5 * (light.blocks[i].time_s - light.blocks[i - 1].time_s);
+  };
+  const PowerBlock& first = light.blocks[part.first];
+  const PowerBlock& last = light.blocks[part.last];
+  const auto begin = light.above_w.begin();
+  const auto peak = std::max_element(begin + static_cast<std::ptrdiff_t>(part.first),
+                                     begin + static_cast<std::ptrdiff_t>(part.last) + 1);
+  PowerPass pass{.from_s = first.time_s - 0.5 * first.duration_s,
+                 .to_s = last.time_s + 0.5 * last.duration_s,
+                 .peak_s = light.blocks[static_cast<std::size_t>(peak - begin)].time_s};
+  if (part.first > 0) pass.from_s = std::max(pass.from_s, middle_s(part.first));
+  if (part.last + 1 < light.blocks.size()) pass.to_s = std::min(pass.to_s, middle_s(part.last + 1));
+  return pass;
+}
+
 }  // namespace
 
 std::vector<PowerPass> find_passes(const PowerTrace& trace) {
@@ -109,14 +128,7 @@ std::vector<PowerPass> find_passes(const PowerTrace& trace) {
   if (light.blocks.empty() || !(light.threshold_w > 0.0)) return passes;
   for (const Stretch& whole : stretches_of(light)) {
     for (const Stretch& part : parts_of(light, whole)) {
-      const PowerBlock& first = light.blocks[part.first];
-      const PowerBlock& last = light.blocks[part.last];
-      const auto begin = light.above_w.begin();
-      const auto peak = std::max_element(begin + static_cast<std::ptrdiff_t>(part.first),
-                                         begin + static_cast<std::ptrdiff_t>(part.last) + 1);
-      const PowerPass pass{.from_s = first.time_s - 0.5 * first.duration_s,
-                           .to_s = last.time_s + 0.5 * last.duration_s,
-                           .peak_s = light.blocks[static_cast<std::size_t>(peak - begin)].time_s};
+      const PowerPass pass = pass_of(light, part);
       if (pass.to_s - pass.from_s >= kShortest_s) passes.push_back(pass);
     }
   }

@@ -101,5 +101,18 @@ TEST(FindPasses, TimeReversedGivesTheSamePassesReversed) {
     EXPECT_NEAR(backward[forward.size() - 1 - k].peak_s, end_s - forward[k].peak_s, 0.021);
 }
 
+TEST(FindPasses, DoNotOverlapWhereStampsAreUneven) {
+  Random random(6);
+  for (int trial = 0; trial < 50; ++trial) {
+    PowerTrace trace = trace_of({.rate_hz = 100.0, .vehicles_s = {6.0, 6.8}}, random);
+    for (double& time_s : trace.time_s) time_s += random.uniform(-0.0045, 0.0045);
+    set_levels(trace);
+    const std::vector<PowerPass> passes = find_passes(trace);
+    ASSERT_EQ(passes.size(), 2U) << trial;
+    EXPECT_LE(passes[0].from_s, passes[0].to_s);
+    EXPECT_LE(passes[0].to_s, passes[1].from_s) << trial;
+  }
+}
+
 }  // namespace
 }  // namespace vildar
