@@ -3,7 +3,6 @@
 #include <array>
 #include <ctime>
 
-#include "capture/photodiode_csv.h"
 #include "condition/condition.h"
 #include "config/site_file.h"
 #include "core/error.h"
@@ -12,6 +11,7 @@
 #include "pipelines/interrupt.h"
 #include "pipelines/run_annotate.h"
 #include "pipelines/run_clip.h"
+#include "pipelines/run_traces.h"
 #include "pipelines/version.h"
 #include "sink/csv_tables.h"
 
@@ -61,37 +61,6 @@ std::map<std::string, std::string> options_in_force(const RunOptions& options) {
 
 void append(std::vector<std::string>& to, const std::vector<std::string>& from) {
   to.insert(to.end(), from.begin(), from.end());
-}
-
-// A broken trace beside a clip does not stop the run: it is named, and the camera goes on alone.
-std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site, RunSummary& summary) {
-  if (!options.photodiode) return {};
-  try {
-    summary.inputs.push_back(describe_input("photodiode", *options.photodiode));
-    const PhotodiodeRecording recording = read_photodiode_csv(*options.photodiode);
-    append(summary.warnings, recording.warnings);
-    summary.damaged |= recording.damaged;
-    summary.counts["samples_read"] = recording.rows_read;
-    if (!recording.rejected.empty()) summary.rejected_samples["unreadable_rows"] = recording.rejected;
-    std::vector<PowerTrace> traces = condition(recording, site);
-    for (const PowerTrace& trace : traces) {
-      summary.counts["samples_used_" + trace.photodiode_id] =
-          static_cast<std::int64_t>(trace.time_s.size());
-      summary.rejected_samples[trace.photodiode_id] = trace.rejected;
-      for (const auto& [reason, samples] : trace.rejected) {
-        if (samples == 0) continue;
-        summary.damaged = true;
-        summary.warnings.push_back(options.photodiode->string() + ": " + std::to_string(samples) +
-                                   " samples of " + trace.photodiode_id + " left out: " + reason);
-      }
-    }
-    return traces;
-  } catch (const InputError& error) {
-    if (!options.clip) throw;
-    summary.damaged = true;
-    summary.warnings.push_back(std::string(error.what()) + "; measuring with the camera alone");
-    return {};
-  }
 }
 
 void describe_clip(const ClipMeasurement& measurement, RunSummary& summary) {
@@ -175,6 +144,7 @@ RunOutcome run_pipeline(const RunOptions& options) {
     ClipMeasurement measurement =
         measure_clip(clip, options, site, traces, tracks, blobs ? &*blobs : nullptr);
     describe_clip(measurement, summary);
+    note_overlap(options, site, traces, measurement.last_frame_s, summary);
     if (options.annotate) annotate_clip(options, measurement);
     outcome.vehicles = std::move(measurement.vehicles);
     plots = std::move(measurement.plots);

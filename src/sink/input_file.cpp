@@ -40,6 +40,10 @@ std::string hexadecimal(std::span<const std::uint8_t> bytes) {
 
 InputFile describe_input(const std::string& role, const std::filesystem::path& path) {
   std::error_code error;
+  if (!std::filesystem::exists(path, error))
+    throw InputError(path.string() + ": no such file; check the name and the folder");
+  if (std::filesystem::is_directory(path, error))
+    throw InputError(path.string() + ": is a folder; name the file inside it");
   if (!std::filesystem::is_regular_file(path, error)) fail(path, "not a file");
   errno = 0;
   std::ifstream stream(path, std::ios::binary);

@@ -1,15 +1,16 @@
 #include <algorithm>
-#include <stdexcept>
 
 #include "capture/clip_source.h"
 #include "support/clip_writer.h"
 #include "support/file_bytes.h"
+#include "support/restamp.h"
 #include "support/temporary_folder.h"
 
 namespace vildar {
 namespace {
 
 using test::ClipSpec;
+using test::restamp;
 
 std::vector<double> times_of(ClipSource& source) {
   std::vector<double> times_s;
@@ -22,21 +23,6 @@ bool warns_of(const ClipSource& source, const std::string& word) {
   return std::any_of(
       source.counts().warnings.begin(), source.counts().warnings.end(),
       [&](const std::string& warning) { return warning.find(word) != std::string::npos; });
-}
-
-/// Rewrites the stamp of a block of a Matroska file whose frames are all keyframes and whose
-/// clusters start at 0.
-void restamp(const std::filesystem::path& path, int from_ms, int to_ms) {
-  std::string bytes = test::bytes_of(path);
-  const auto block_head = [](int stamp_ms) {
-    return std::string{'\x81', static_cast<char>(stamp_ms >> 8), static_cast<char>(stamp_ms),
-                       '\x80'};
-  };
-  const std::size_t at = bytes.find(block_head(from_ms));
-  if (at == std::string::npos || bytes.find(block_head(from_ms), at + 1) != std::string::npos)
-    throw std::runtime_error("the block's stamp is not unique");
-  bytes.replace(at, 4, block_head(to_ms));
-  test::write_bytes(path, bytes);
 }
 
 TEST(ClipTime, VariableRateIsKeptAndStartsAtZero) {

@@ -1,0 +1,105 @@
+#include "pipelines/run_traces.h"
+
+#include <algorithm>
+
+#include "capture/photodiode_csv.h"
+#include "condition/condition.h"
+#include "core/error.h"
+#include "core/text.h"
+
+namespace vildar {
+namespace {
+
+void count_rejected(const PowerTrace& trace, const std::string& file, RunSummary& summary) {
+  summary.rejected_samples[trace.photodiode_id] = trace.rejected;
+  for (const auto& [reason, samples] : trace.rejected) {
+    if (samples == 0) continue;
+    summary.damaged = true;
+    summary.warnings.push_back(file + ": " + std::to_string(samples) + " samples of " +
+                               trace.photodiode_id + " left out: " + reason);
+  }
+}
+
+/// Missing samples, like pictures that a recorder dropped, are counted; what is there is sound.
+void count_gaps(const PowerTrace& trace, const std::string& file, RunSummary& summary) {
+  constexpr double kGapPeriods = 2.5;
+  std::int64_t gaps = 0;
+  double longest_s = 0.0, longest_at_s = 0.0;
+  for (std::size_t i = 1; i < trace.time_s.size(); ++i) {
+    const double spacing_s = trace.time_s[i] - trace.time_s[i - 1];
+    if (spacing_s <= kGapPeriods * trace.sample_period_s) continue;
+    ++gaps;
+    if (spacing_s <= longest_s) continue;
+    longest_s = spacing_s;
+    longest_at_s = trace.time_s[i - 1];
+  }
+  summary.counts["gaps_" + trace.photodiode_id] = gaps;
+  if (gaps > 0)
+    summary.warnings.push_back(
+        file + ": " + std::to_string(gaps) + " gaps in " + trace.photodiode_id +
+        ", the longest of " + fixed_text(longest_s, 3) +
+        " s after t_s = " + number_text(longest_at_s) + "; nothing is assumed there");
+}
+
+}  // namespace
+
+std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
+                                    RunSummary& summary) {
+  if (!options.photodiode) return {};
+  const std::string file = options.photodiode->string();
+  try {
+    summary.inputs.push_back(describe_input("photodiode", *options.photodiode));
+    const PhotodiodeRecording recording = read_photodiode_csv(*options.photodiode);
+    summary.warnings.insert(summary.warnings.end(), recording.warnings.begin(),
+                            recording.warnings.end());
+    summary.damaged |= recording.damaged;
+    summary.counts["samples_read"] = recording.rows_read;
+    if (!recording.rejected.empty())
+      summary.rejected_samples["unreadable_rows"] = recording.rejected;
+    std::vector<PowerTrace> traces = condition(recording, site);
+    std::size_t most_samples = 0;
+    for (const PowerTrace& trace : traces) {
+      summary.counts["samples_used_" + trace.photodiode_id] =
+          static_cast<std::int64_t>(trace.time_s.size());
+      count_rejected(trace, file, summary);
+      count_gaps(trace, file, summary);
+      most_samples = std::max(most_samples, trace.time_s.size());
+    }
+    if (most_samples < 2)
+      throw InputError(file + ": " + std::to_string(most_samples) + " of " +
+                       std::to_string(recording.rows_read) +
+                       " samples can be used, and a speed needs many; record the trace again");
+    return traces;
+  } catch (const InputError& error) {
+    std::string fault = error.what();
+    if (!fault.starts_with(file)) fault = file + ": " + fault;
+    if (!options.clip) throw InputError(fault);
+    summary.damaged = true;
+    summary.warnings.push_back(fault + "; measuring with the camera alone");
+    return {};
+  }
+}
+
+void note_overlap(const RunOptions& options, const Site& site,
+                  const std::vector<PowerTrace>& traces, double clip_end_s, RunSummary& summary) {
+  constexpr double kSigmas = 4.0;
+  for (const PowerTrace& trace : traces) {
+    if (trace.time_s.empty()) continue;
+    const auto index = static_cast<std::size_t>(trace.photodiode);
+    const Uncertain& offset_s = site.photodiodes[index].time_offset_s;
+    const double from_s = trace.time_s.front() + offset_s.mean;
+    const double to_s = trace.time_s.back() + offset_s.mean;
+    if (from_s - kSigmas * offset_s.std <= clip_end_s && to_s + kSigmas * offset_s.std >= 0.0)
+      continue;
+    summary.damaged = true;
+    summary.warnings.push_back(
+        options.photodiode->string() + ": " + trace.photodiode_id + " runs from " +
+        fixed_text(from_s, 3) + " to " + fixed_text(to_s, 3) +
+        " s of the clip's time, the clip from 0 to " + fixed_text(clip_end_s, 3) +
+        " s: nothing in common, so it was not used; name the trace of this clip, or correct "
+        "photodiodes[" +
+        std::to_string(index) + "].time_offset_s in " + options.site.string());
+  }
+}
+
+}  // namespace vildar

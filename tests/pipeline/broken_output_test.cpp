@@ -1,0 +1,121 @@
+#include <sys/mount.h>
+#include <sys/types.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <thread>
+
+#include "pipeline/broken.h"
+
+namespace vildar {
+namespace {
+
+using test::expect_told;
+using test::Program;
+using test::Ran;
+
+class BrokenOutput : public Broken {
+ protected:
+  std::vector<std::string> words() const {
+    return {(sample("straight") / "clip.mp4").string(), "--site",
+            (sample("straight") / "site.yaml").string()};
+  }
+  Ran run_into(const std::filesystem::path& folder, const char* more = nullptr) const {
+    std::vector<std::string> all = words();
+    all.insert(all.begin(), "run");
+    all.insert(all.end(), {"--out", folder.string()});
+    if (more != nullptr) all.emplace_back(more);
+    return Program(VILDAR_PROGRAM, all, folder_.path()).wait();
+  }
+};
+
+/// A small file system in memory while the test lasts.
+class SmallDisk {
+ public:
+  SmallDisk(std::filesystem::path at, const char* options) : at_(std::move(at)) {
+    std::filesystem::create_directories(at_);
+    error_ = ::mount("vildar_test", at_.c_str(), "tmpfs", 0, options) == 0 ? 0 : errno;
+  }
+  ~SmallDisk() {
+    if (error_ == 0) ::umount(at_.c_str());
+  }
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+  /// False where it was refused.
+  bool make_read_only() const {
+    return ::mount("vildar_test", at_.c_str(), "tmpfs", MS_REMOUNT | MS_RDONLY, "") == 0;
+  }
+  const std::filesystem::path& path() const { return at_; }
+  int error() const { return error_; }
+
+ private:
+  std::filesystem::path at_;
+  int error_ = 0;
+};
+
+TEST_F(BrokenOutput, AFolderBelowAFileIsFive) {
+  const std::string file = write("occupied", "x");
+  expect_told(run_into(path("occupied") / "sub"), 5,
+              {"occupied", "folder cannot be made", "choose a folder"});
+  EXPECT_EQ(test::bytes_of(file), "x");
+}
+
+TEST_F(BrokenOutput, AnOutputThatIsAFolderIsFiveAndStays) {
+  std::filesystem::create_directories(out() / "speeds.csv" / "kept");
+  expect_told(run_into(out()), 5, {"speeds.csv", "cannot be put in place"});
+  EXPECT_TRUE(std::filesystem::exists(out() / "speeds.csv" / "kept"));
+}
+
+TEST_F(BrokenOutput, AReadOnlyDiskIsFive) {
+  const SmallDisk disk(path("disk"), "size=1m");
+  if (disk.error() != 0) GTEST_SKIP() << "a mount needs root: " << std::strerror(disk.error());
+  ASSERT_TRUE(disk.make_read_only());
+  expect_told(run_into(disk.path()), 5,
+              {"disk", "cannot be written", "Read-only", "choose a folder"});
+  expect_told(run_into(disk.path() / "sub"), 5, {"disk/sub", "folder cannot be made", "Read-only"});
+}
+
+TEST_F(BrokenOutput, AFullDiskIsFiveAndLeavesNoPartOfAFile) {
+  const SmallDisk disk(path("disk"), "size=64k");
+  if (disk.error() != 0) GTEST_SKIP() << "a mount needs root: " << std::strerror(disk.error());
+  for (const char* more : {"--blobs", "--annotate"}) {
+    expect_told(run_into(disk.path(), more), 5,
+                {"disk", "No space left on device", "choose a folder"});
+    EXPECT_TRUE(test::files_in(disk.path()).empty()) << more;
+  }
+}
+
+TEST_F(BrokenOutput, WhatStoodThereBeforeAFailureStays) {
+  const SmallDisk disk(path("disk"), "size=64k");
+  if (disk.error() != 0) GTEST_SKIP() << "a mount needs root: " << std::strerror(disk.error());
+  test::write_bytes(disk.path() / "tracks.csv", "of an earlier run\n");
+  EXPECT_EQ(run_into(disk.path()).code, 5);
+  EXPECT_EQ(test::bytes_of(disk.path() / "tracks.csv"), "of an earlier run\n");
+}
+
+TEST_F(BrokenOutput, AKilledRunLeavesNothingHalfWrittenUnderAFinalName) {
+  std::vector<std::string> all = words();
+  all.insert(all.begin(), "run");
+  all.insert(all.end(), {"--out", out().string(), "--annotate", "--blobs"});
+  for (const int signal : {SIGKILL, SIGTERM}) {
+    std::filesystem::remove_all(out());
+    Program program(VILDAR_PROGRAM, all, folder_.path());
+    while (program.running() && test::files_in(out()).empty())
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    ::kill(program.pid(), signal);
+    const Ran ran = program.wait();
+    if (signal == SIGKILL) {
+      ASSERT_EQ(ran.signal, SIGKILL) << "the run ended before it was killed";
+    } else {
+      expect_told(ran, 1, {"interrupted"});
+    }
+    for (const std::string& name : test::files_in(out()))
+      EXPECT_TRUE(signal == SIGKILL && name.front() == '.') << name;
+  }
+}
+
+}  // namespace
+}  // namespace vildar
