@@ -2,6 +2,7 @@
 
 option(VILDAR_WERROR "Treat warnings as errors" OFF)
 option(VILDAR_BENCHMARKS "Build the benchmarks (needs Google Benchmark)" OFF)
+option(VILDAR_FUZZ "Build the libFuzzer targets of tests/fuzz (needs clang)" OFF)
 set(VILDAR_SANITIZE "" CACHE STRING "Comma-separated sanitizers, e.g. address,undefined")
 
 find_program(VILDAR_CCACHE ccache)
@@ -47,17 +48,21 @@ function(vildar_program name)
   target_link_libraries(${name} PRIVATE vildar_settings ${ARG_LINK})
 endfunction()
 
-# vildar_test(<room> SOURCES ... [LINK libs...] [LABEL unit|pipeline|study])
+# vildar_test(<room> SOURCES ... [LINK libs...] [LABEL unit|pipeline|study] [ENVIRONMENT NAME=VALUE])
 # All tests of a room in one GoogleTest program; the label is `unit` unless told.
 function(vildar_test room)
-  cmake_parse_arguments(ARG "" "LABEL" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "" "LABEL;ENVIRONMENT" "SOURCES;LINK" ${ARGN})
   if(NOT ARG_LABEL)
     set(ARG_LABEL unit)
   endif()
   add_executable(test_${room} ${ARG_SOURCES})
   target_link_libraries(test_${room} PRIVATE vildar_settings vildar_test_support ${ARG_LINK} GTest::gtest_main)
   target_precompile_headers(test_${room} REUSE_FROM vildar_test_pch)
-  gtest_discover_tests(test_${room} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS ${ARG_LABEL} TIMEOUT 600)
+  set(properties LABELS ${ARG_LABEL} TIMEOUT 600)
+  if(ARG_ENVIRONMENT)
+    list(APPEND properties ENVIRONMENT ${ARG_ENVIRONMENT})
+  endif()
+  gtest_discover_tests(test_${room} DISCOVERY_MODE PRE_TEST PROPERTIES ${properties})
 endfunction()
 
 # vildar_benchmark(<name> SOURCES ... LINK libs...): Google Benchmark; built only with VILDAR_BENCHMARKS.
@@ -67,4 +72,19 @@ function(vildar_benchmark name)
     add_executable(bench_${name} ${ARG_SOURCES})
     target_link_libraries(bench_${name} PRIVATE vildar_settings ${ARG_LINK} benchmark::benchmark_main)
   endif()
+endfunction()
+
+# vildar_fuzz_target(<name> LINK libs...): <name>_fuzz.cpp as a libFuzzer program fuzz_<name> with VILDAR_FUZZ,
+# else as a unit test that replays tests/fuzz/corpus/<name>.
+function(vildar_fuzz_target name)
+  cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
+  if(VILDAR_FUZZ)
+    add_executable(fuzz_${name} ${name}_fuzz.cpp)
+    target_link_options(fuzz_${name} PRIVATE -fsanitize=fuzzer)
+  else()
+    add_executable(fuzz_${name} ${name}_fuzz.cpp replay.cpp)
+    add_test(NAME fuzz.${name} COMMAND fuzz_${name} ${CMAKE_CURRENT_SOURCE_DIR}/corpus/${name})
+    set_tests_properties(fuzz.${name} PROPERTIES LABELS unit TIMEOUT 120)
+  endif()
+  target_link_libraries(fuzz_${name} PRIVATE vildar_settings vildar_fuzz_input ${ARG_LINK})
 endfunction()

@@ -10,7 +10,7 @@ build_packages=(
   libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
   libopencv-core-dev libopencv-imgproc-dev
 )
-test_packages=(libgtest-dev libbenchmark-dev libopencv-calib3d-dev python3 git ca-certificates)
+test_packages=(libgtest-dev librapidcheck-dev libbenchmark-dev libopencv-calib3d-dev python3 git ca-certificates)
 
 wanted=("${build_packages[@]}")
 if [[ "${1:-}" == test ]]; then wanted+=("${test_packages[@]}"); fi
