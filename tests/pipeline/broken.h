@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "core/text.h"
 #include "support/clip_writer.h"
 #include "support/file_bytes.h"
 #include "support/program.h"
@@ -29,10 +30,12 @@ class Broken : public ::testing::Test {
   std::string site(int width_px = 64, int height_px = 48) const {
     const std::string size =
         "[" + std::to_string(width_px) + ", " + std::to_string(height_px) + "]";
+    const std::string centre =
+        "[" + number_text(0.5 * (width_px - 1)) + ", " + number_text(0.5 * (height_px - 1)) + "]";
     return write("site.yaml",
                  "version: 1\ncamera:\n  image_size_px: " + size +
-                     "\n  focal_px: [60, 60]\n  principal_px: [31.5, 23.5]\n"
-                     "  position_m: [0, 0, 5]\n  pitch_deg: -4\n"
+                     "\n  focal_px: [60, 60]\n  principal_px: " + centre +
+                     "\n  position_m: [0, 0, 5]\n  pitch_deg: -4\n"
                      "photodiode: {position_m: [0, 0, 5]}\n"
                      "road:\n  kind: straight\n  lanes:\n"
                      "    - {id: near, lateral_m: -4, width_m: 3.5, direction: oncoming}\n"

@@ -110,7 +110,7 @@ TEST_F(BrokenOutput, AKilledRunLeavesNothingHalfWrittenUnderAFinalName) {
     if (signal == SIGKILL) {
       ASSERT_EQ(ran.signal, SIGKILL) << "the run ended before it was killed";
     } else {
-      expect_told(ran, 1, {"interrupted"});
+      expect_told(ran, 128 + SIGTERM, {"interrupted"});
     }
     for (const std::string& name : test::files_in(out()))
       EXPECT_TRUE(signal == SIGKILL && name.front() == '.') << name;
