@@ -96,7 +96,7 @@ class CsvReader {
   std::vector<float> row_values_;
   double row_time_s_ = 0.0;
   long line_ = 0;
-  std::size_t last_row_bytes_ = 0;
+  std::size_t last_row_bytes_ = 0;  // without its line end
   std::map<std::string, RejectedRows> rejected_;
 };
 
@@ -152,7 +152,7 @@ void CsvReader::read_lines(const char* from, const char* to) {
     const char* start = at;
     ++line_;
     if (header_ && read_row_fast(at, to)) {
-      last_row_bytes_ = static_cast<std::size_t>(at - start);
+      last_row_bytes_ = static_cast<std::size_t>(at - start) - (at[-2] == '\r' ? 2 : 1);
       add_row();
       continue;
     }
@@ -193,7 +193,7 @@ void CsvReader::read_line(std::string_view line) {
   const std::string_view text = trimmed(line);
   if (text.empty() || text.front() == '#') return;
   if (header_) {
-    last_row_bytes_ = line.size() + 1;
+    last_row_bytes_ = line.size() - (line.ends_with('\r') ? 1 : 0);
     read_row(line);
     return;
   }
@@ -230,7 +230,7 @@ void CsvReader::read_row(std::string_view line) {
 void CsvReader::read_last_line(std::string_view line) {
   ++line_;
   const std::string_view text = trimmed(line);
-  if (header_ && !text.empty() && text.front() != '#' && line.size() + 1 < last_row_bytes_)
+  if (header_ && !text.empty() && text.front() != '#' && line.size() < last_row_bytes_)
     return reject("cut_off_last_row");
   read_line(line);
 }
@@ -241,14 +241,16 @@ void CsvReader::reject(const std::string& reason) {
 }
 
 void CsvReader::add_row() {
-  if (recording_.time_s.empty()) reserve(last_row_bytes_);
+  constexpr double kFarthest_s = 1e10;  // 317 years; beyond, a double no longer holds microseconds
+  if (!(std::abs(row_time_s_) <= kFarthest_s)) return reject("unreadable_time");
+  if (recording_.time_s.empty()) reserve(last_row_bytes_ + 1);
   recording_.time_s.push_back(row_time_s_);
   for (std::size_t channel = 0; channel < row_values_.size(); ++channel)
     recording_.values[channel].push_back(row_values_[channel]);
 }
 
 void CsvReader::reserve(std::size_t row_bytes) {
-  const std::size_t rows = file_.size_bytes() / std::max<std::size_t>(row_bytes, 1) + 1;
+  const std::size_t rows = file_.size_bytes() / row_bytes + 1;
   recording_.time_s.reserve(rows);
   for (std::vector<float>& channel : recording_.values) channel.reserve(rows);
 }

@@ -12,10 +12,11 @@ namespace vildar {
 /// a warning.
 ///
 /// Times and values are as written, in file order. An empty, NaN or infinite value is kept as NaN.
-/// Rows that cannot be read are left out, counted by reason (`wrong_cell_count`, `unreadable_time`,
-/// `unreadable_value`, `cut_off_last_row`) and set `damaged`; a last row without a line end counts
-/// as cut off where it is shorter than the row before it. Throws InputError where the file cannot
-/// be opened, has no usable header, or holds no row that can be read.
+/// Rows that cannot be read are left out, counted by reason (`wrong_cell_count`, `unreadable_time`:
+/// also beyond 1e10 s, `unreadable_value`, `cut_off_last_row`) and set `damaged`; a last row
+/// without a line end counts as cut off where it is shorter than the row before it. Throws
+/// InputError where the file cannot be opened, has no usable header, or holds no row that can be
+/// read.
 PhotodiodeRecording read_photodiode_csv(const std::filesystem::path& path);
 
 }  // namespace vildar

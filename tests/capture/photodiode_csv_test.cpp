@@ -69,14 +69,23 @@ TEST_F(PhotodiodeCsv, UnreadableRowsAreCountedByReasonWithTheirFirstLine) {
   EXPECT_NE(trace.warnings[2].find("trace.csv:3:"), std::string::npos) << trace.warnings[2];
 }
 
+TEST_F(PhotodiodeCsv, TimesThatNoClockGivesAreUnreadable) {
+  const PhotodiodeRecording trace = read("t_s,power_w\n0,1\n0.981e308,2\n-1e11,3\n1.8e9,4\n");
+  EXPECT_EQ(trace.time_s, (std::vector<double>{0.0, 1.8e9}));
+  EXPECT_EQ(trace.rejected.at("unreadable_time"), 2);
+}
+
 TEST_F(PhotodiodeCsv, ALastRowCutOffInTheMiddleIsNotBelieved) {
   const PhotodiodeRecording cut = read("t_s,power_w\n0.0,1.25e-07\n0.1,1.25e-0");
   EXPECT_EQ(cut.rows_read, 1);
   EXPECT_EQ(cut.rejected.at("cut_off_last_row"), 1);
   EXPECT_TRUE(cut.damaged);
-  const PhotodiodeRecording whole = read("t_s,power_w\n0.0,1.25e-07\n0.1,1.25e-07");
-  EXPECT_EQ(whole.rows_read, 2);
-  EXPECT_FALSE(whole.damaged);
+  for (const char* text :
+       {"t_s,power_w\n0.0,1.25e-07\n0.1,1.25e-07", "t_s,power_w\r\n0.0,1.25e-07\r\n0.1,1.25e-07"}) {
+    const PhotodiodeRecording whole = read(text);
+    EXPECT_EQ(whole.rows_read, 2);
+    EXPECT_FALSE(whole.damaged);
+  }
 }
 
 TEST_F(PhotodiodeCsv, HeadersThatCannotBeUsedShowTheOneExpected) {
