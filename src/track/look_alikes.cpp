@@ -101,7 +101,8 @@ bool lit_by(const Lamp& lamp, const Lamp& source, const RoadView& view) {
   const double before_m = from.along_m - lit.along_m;
   if (before_m < kNearest_m || before_m > kFarthest_m) return false;
   if (std::abs(lit.lateral_m - from.lateral_m) > kBeside_m) return false;
-  if (width_px(lamp) < kWider * width_px(source)) return false;
+  const double nearer = road_inverse_depth / source_inverse_depth;
+  if (width_px(lamp) < kWider * nearer * width_px(source)) return false;
   return moves_with(lamp, source);
 }
 

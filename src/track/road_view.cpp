@@ -37,8 +37,7 @@ RoadView::RoadView(const Site& site)
   separation_sigma_ln_ = std::max(separation_m.std / separation_m.mean, kLeastSeparationSigmaLn);
   const double floor_rad = camera_.position_m().z() < kLow_m ? kLeastTiltLow_rad : kLeastTilt_rad;
   tilt_sigma_rad_ = std::max(site.camera->pitch_rad.std, floor_rad);
-  level_sigma_rad_ =
-      std::hypot(kLevelTolerance_rad, site.camera->roll_rad.std, site.camera->yaw_rad.std);
+  level_sigma_rad_ = std::hypot(kLevelTolerance_rad, site.camera->roll_rad.std);
 }
 
 std::optional<Eigen::Vector2d> RoadView::spot_from_pixel(const Eigen::Vector2d& pixel_px) const {
@@ -105,7 +104,10 @@ PairFit RoadView::fit_pair(const Eigen::Vector2d& left_px, const Eigen::Vector2d
     return fit;
   }
   fit.off_level_px = (vector_px - across * at.across_px).norm();
-  fit.level_sigma_px = std::hypot(sigma_px, level_sigma_rad_ * vector_px.norm());
+  // Another heading turns the line across the road in its own plane, which is seen at this slope.
+  const double turned_rad = site_.camera->yaw_rad.std * at.slope_down;
+  fit.level_sigma_px =
+      std::hypot(sigma_px, std::hypot(level_sigma_rad_, turned_rad) * vector_px.norm());
   const double sigma_ln = std::hypot(separation_sigma_ln_, sigma_px / vector_px.norm());
   const double wanted = std::log(fit.width_per_depth / separation_m_);
   const double tall_m = lamp_height_m_ + kTallerBy_m;
@@ -148,6 +150,11 @@ RoadPosition RoadView::road_at(const Eigen::Vector2d& spot_px, double inverse_de
   const Eigen::Vector3d point_m = camera_.position_m() + camera_.camera_from_road().transpose() *
                                                              ray_camera / inverse_depth_per_m;
   return road_position(site_.road, point_m.x(), point_m.y());
+}
+
+double RoadView::lateral_sigma_m(double inverse_depth_per_m) const {
+  return std::hypot(site_.camera->position_m[1].std,
+                    site_.camera->yaw_rad.std / inverse_depth_per_m);
 }
 
 double RoadView::beyond_lanes_m(double lateral_m) const {

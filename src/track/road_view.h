@@ -51,6 +51,8 @@ class RoadView {
 
   /// Road position of a lamp seen at a spot with a given inverse depth (1/m).
   RoadPosition road_at(const Eigen::Vector2d& spot_px, double inverse_depth_per_m) const;
+  /// What the camera's place and heading leave open of the lateral place of all that it sees there.
+  double lateral_sigma_m(double inverse_depth_per_m) const;
   /// Distance in metres beyond the outermost lane edges; 0 on the lanes or without lanes.
   double beyond_lanes_m(double lateral_m) const;
   /// Distance to the nearest lane centre; nothing without lanes.
@@ -82,7 +84,7 @@ class RoadView {
   double lamp_height_m_, lamp_height_sigma_m_;
   double separation_m_, separation_sigma_ln_;
   double tilt_sigma_rad_;
-  double level_sigma_rad_;  ///< of the line between the lamps of a vehicle
+  double level_sigma_rad_;  ///< of the line between the lamps of a vehicle, but for the heading
 };
 
 }  // namespace vildar

@@ -47,6 +47,7 @@ class Tracker::Impl {
   void bear(const std::vector<Spot>& spots, const Association& found, const BlobFrame& frame);
   void mark_split_records();
   void drop_doubtful_past(Lamp& lamp);
+  double patience(const Lamp& lamp, std::int64_t frame) const;
   void end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& ended);
   void end_vehicle(Vehicle& vehicle, std::vector<VehicleTrack>& ended);
   void end_single(const Lamp& lamp, std::vector<VehicleTrack>& ended);
@@ -225,9 +226,18 @@ void Tracker::Impl::mark_split_records() {
   }
 }
 
+// How many times the longest gap a lamp is waited for. A camera that stands can tell where a
+// vehicle that it knows well will come out from behind another one.
+double Tracker::Impl::patience(const Lamp& lamp, std::int64_t frame) const {
+  constexpr int kTentative = 3, kKnownWell = 15;  // sightings
+  constexpr double kTentativeShare = 0.2, kHiddenShare = 2.4;
+  if (lamp.sightings() < kTentative) return kTentativeShare;
+  if (!lamp.vehicle || lamp.vehicle->both_seen < kKnownWell || view_.moving_sensor()) return 1.0;
+  const Lamp* partner = lamp.vehicle->partner_of(&lamp);
+  return partner && !partner->seen_at(frame) ? kHiddenShare : 1.0;
+}
+
 void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& ended) {
-  constexpr int kTentative = 3;            // sightings
-  constexpr double kTentativeShare = 0.2;  // of the longest gap
   constexpr double kOutside_px = 4.0;
   constexpr std::size_t kMostRecordsAlone = 2000, kMostRecordsFixed = 100;
 
@@ -246,8 +256,7 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
 
   std::vector<Lamp*> lost;
   for (const auto& lamp : lamps_) {
-    const bool tentative = lamp->sightings() < kTentative;
-    const double allowed_s = options_.longest_gap_s * (tentative ? kTentativeShare : 1.0);
+    const double allowed_s = options_.longest_gap_s * patience(*lamp, frame.frame);
     const bool outside =
         !lamp->seen_at(frame.frame) && !view_.inside_image(lamp->at_px(), kOutside_px);
     if (lamp->unseen_s(frame.time) > allowed_s || outside) lost.push_back(lamp.get());

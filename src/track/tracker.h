@@ -13,7 +13,9 @@
 namespace vildar {
 
 struct TrackOptions {
-  double longest_gap_s = 0.7;      ///< a lamp unseen for longer is lost; (0, 5]
+  /// A lamp unseen for longer is lost; (0, 5]. A standing camera waits 2.4 times as long for both
+  /// lamps of a vehicle that it has long seen as a pair.
+  double longest_gap_s = 0.7;
   int min_sightings = 5;           ///< of a reported vehicle; >= 2
   double min_duration_s = 0.2;     ///< from its first to its last sighting; >= 0
   double min_single_lamp_s = 0.4;  ///< the same for a vehicle of which one lamp alone was seen

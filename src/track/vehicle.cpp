@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "track/lone_light.h"
+
 namespace vildar {
 namespace {
 
 constexpr double kFaintPair = 2.5, kFaintSingle = 1.5;
-constexpr double kLeastPairShare = 0.15;
+constexpr double kLeastPairShare = 0.15, kLeastPairShareMoving = 0.3;
 constexpr double kMostChi2 = 11.0;
 
 double median(std::vector<double> values) {
@@ -135,10 +137,24 @@ void drop_lone_tail(std::vector<VehicleSighting>& sightings) {
   });
 }
 
-bool beside_the_road(const std::vector<double>& laterals_m, const RoadView& view) {
-  constexpr double kMargin_m = 2.0, kMarginShare = 0.25;
+// A short time as a pair does not vouch for a long one as a lone light, which in a queue may have
+// been the glare of others: what is farthest from the pair goes first.
+void drop_what_no_pair_vouches_for(std::vector<VehicleSighting>& sightings, double least_share) {
+  const auto is_pair = [](const VehicleSighting& one) { return one.left && one.right; };
+  const auto pairs = static_cast<double>(std::ranges::count_if(sightings, is_pair));
+  const auto lone_before = std::ranges::find_if(sightings, is_pair) - sightings.begin();
+  const auto spare = std::ssize(sightings) - static_cast<std::ptrdiff_t>(pairs / least_share);
+  if (spare > 0)
+    sightings.erase(sightings.begin(), sightings.begin() + std::min(spare, lone_before));
+}
+
+bool beside_the_road(const std::vector<double>& laterals_m,
+                     const std::vector<double>& lateral_sigmas_m, const RoadView& view) {
+  constexpr double kMargin_m = 2.0, kMarginShare = 0.25, kSigmas = 2.5;
   const double lateral_m = median(laterals_m);
-  return view.beyond_lanes_m(lateral_m) > kMargin_m + kMarginShare * std::abs(lateral_m);
+  const double margin_m = std::hypot(kMargin_m + kMarginShare * std::abs(lateral_m),
+                                     kSigmas * median(lateral_sigmas_m));
+  return view.beyond_lanes_m(lateral_m) > margin_m;
 }
 
 }  // namespace
@@ -152,13 +168,17 @@ double strength_of(const Lamp& lamp) {
 }
 
 bool outshines(const Lamp& left, const Lamp& right, const Vehicle& other) {
-  constexpr double kEqualLn = 0.5;
+  constexpr double kEqualLn = 0.5, kFarBelowLn = 1.5, kFogLampsBelow_m = 0.7;
   const double more_ln = std::min(left.log_flux(), right.log_flux()) -
                          std::min(other.left->log_flux(), other.right->log_flux());
+  const Eigen::Vector2d apart_px =
+      0.5 * (left.at_px() + right.at_px() - other.left->at_px() - other.right->at_px());
+  const Eigen::Vector2d& down_px = left.place().down_px;
+  const double lower_m =
+      apart_px.dot(down_px) / (down_px.squaredNorm() * other.inverse_depth_per_m);
+  if (std::abs(lower_m) < kFogLampsBelow_m && std::abs(more_ln) < kFarBelowLn) return lower_m < 0.0;
   if (std::abs(more_ln) > kEqualLn) return more_ln > 0.0;
-  const Eigen::Vector2d lower_px =
-      left.at_px() + right.at_px() - other.left->at_px() - other.right->at_px();
-  return lower_px.dot(left.place().down_px) > 0.0;
+  return lower_m > 0.0;
 }
 
 Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackOptions& options,
@@ -168,7 +188,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   const std::vector<LampRecord> right =
       all_records(vehicle.past_right, vehicle.right, vehicle.cut_after);
   std::vector<PairLook> looks;
-  std::vector<double> laterals_m, strengths, reddish;
+  std::vector<double> laterals_m, lateral_sigmas_m, strengths, reddish;
   int clipped = 0;
   track.sightings.clear();
   for (std::size_t i = 0, j = 0; i < left.size() || j < right.size();) {
@@ -189,6 +209,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       looks.push_back({seconds_of(first.time), view.place(middle_px).slope_down,
                        fit.inverse_depth_per_m, fit.width_per_depth, middle_px});
       laterals_m.push_back(view.road_at(middle_px, fit.inverse_depth_per_m).lateral_m);
+      lateral_sigmas_m.push_back(view.lateral_sigma_m(fit.inverse_depth_per_m));
       clipped += left[i].sighting.saturated_px > 0 && right[j].sighting.saturated_px > 0;
       reddish.push_back(0.5 * (left[i].reddish + right[j].reddish));
       const double flux = std::min(left[i].sighting.flux, right[j].sighting.flux);
@@ -201,17 +222,17 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
 
   drop_strangers_before(track.sightings);
   drop_lone_tail(track.sightings);
+  const double pair_share = view.moving_sensor() ? kLeastPairShareMoving : kLeastPairShare;
+  drop_what_no_pair_vouches_for(track.sightings, pair_share);
 
   // A camera that moves sees everything move: it takes longer to know a vehicle.
-  constexpr int kFewestPairs = 3, kFewestPairsMoving = 8;
-  constexpr double kLeastPairShareMoving = 0.3;
+  constexpr int kFewestPairs = 3, kFewestPairsMoving = 5;
   const int pairs_needed =
       std::max(view.moving_sensor() ? kFewestPairsMoving : kFewestPairs, options.min_sightings - 1);
   // Lamps that came apart may never have belonged together: it takes a long good part to tell.
   constexpr int kFewestPairsOfCut = 20, kSurePairsOfCut = 50;
   if (vehicle.came_apart && static_cast<int>(looks.size()) < kFewestPairsOfCut)
     return Verdict::undecided;
-  const double pair_share = view.moving_sensor() ? kLeastPairShareMoving : kLeastPairShare;
   if (track.sightings.empty() || static_cast<int>(track.sightings.size()) < options.min_sightings ||
       duration_s(track.sightings) < options.min_duration_s ||
       static_cast<int>(looks.size()) < pairs_needed)
@@ -223,7 +244,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
                 kFaintPair) ||
       static_cast<double>(looks.size()) < pair_share * static_cast<double>(track.sightings.size()))
     return Verdict::undecided;
-  if (beside_the_road(laterals_m, view)) return Verdict::off_road;
+  if (beside_the_road(laterals_m, lateral_sigmas_m, view)) return Verdict::off_road;
 
   track.kind = vehicle.kind;
   track.direction_contradicts = motion_contradicts(looks, vehicle.kind, view);
@@ -245,6 +266,7 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
                      const LightScale& lights, VehicleTrack& track) {
   constexpr double kShare = 0.5, kMoved_px = 8.0, kMoved_m = 4.0, kSlow_mps = 3.0;
   constexpr int kFewestSingle = 8;
+  constexpr double kSureLogOdds = 0.7;  // 2 to 1
   constexpr double kBelowHorizonSigmas = 2.0, kSpeedSigmas = 2.5;
   if (lamp.sightings() < options.min_sightings || lamp.lived_s() < options.min_duration_s)
     return Verdict::short_track;
@@ -256,7 +278,7 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
       lamp.was_paired || (lamp.kind() == LampKind::headlamp && lamp.red.share() > kRedShare))
     return Verdict::undecided;
 
-  std::vector<double> times_s, along_m, laterals_m, doubts, strengths;
+  std::vector<double> times_s, along_m, laterals_m, lateral_sigmas_m, doubts, strengths;
   int below = 0, clipped = 0;
   track.sightings.clear();
   for (const LampRecord& record : lamp.records) {
@@ -271,14 +293,18 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
     times_s.push_back(seconds_of(record.time));
     along_m.push_back(at.along_m);
     laterals_m.push_back(at.lateral_m);
+    lateral_sigmas_m.push_back(view.lateral_sigma_m(place.inverse_depth_per_m));
     track.sightings.push_back({record.frame, record.time, sighting_of(record), std::nullopt});
   }
   // Of a light that stays for long only the last records are held.
   const int held = static_cast<int>(lamp.records.size());
-  if (held < kFewestSingle ||
-      too_faint(strengths, clipped / static_cast<double>(held), lamp.kind(), lights,
-                kFaintSingle) ||
-      2 * below < held || (lights.usually_clips(lamp.kind()) && 2 * clipped < held))
+  if (held < kFewestSingle) return Verdict::undecided;
+  const double clipped_share = clipped / static_cast<double>(held);
+  LoneLight light{lamp.on_vehicle.share(), clipped_share, lights.usually_clips(lamp.kind()), {}};
+  if (const auto typical = lights.typical(lamp.kind()))
+    light.strength_ln = median(strengths) - *typical;
+  if (too_faint(strengths, clipped_share, lamp.kind(), lights, kFaintSingle) || 2 * below < held ||
+      lone_lamp_log_odds(light) < kSureLogOdds)
     return Verdict::undecided;
   const double closing_mps = -slope_of(times_s, along_m);
   const double moved_m = std::abs(closing_mps) * (times_s.back() - times_s.front());
@@ -291,7 +317,7 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   } else if (moved_m < kMoved_m || lamp.wandered_px() < kMoved_px) {
     return Verdict::static_light;
   }
-  if (beside_the_road(laterals_m, view)) return Verdict::off_road;
+  if (beside_the_road(laterals_m, lateral_sigmas_m, view)) return Verdict::off_road;
 
   track.kind = lamp.kind();
   track.direction = track.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;

@@ -42,6 +42,7 @@ struct Car {
 
 struct Scene {
   Site site;
+  std::optional<Site> told;  ///< what the tracker is told, where that is not the truth
   std::vector<Car> cars;
   std::vector<Eigen::Vector3d> street_lamps;  ///< in the world
   double frame_rate_hz = 25.0, duration_s = 5.0;
@@ -165,7 +166,7 @@ inline std::vector<Light> merged(std::vector<Light> lights, double resolution_px
 
 inline Outcome run(const Scene& scene, TrackOptions options = {}) {
   const Camera camera(*scene.site.camera);
-  Tracker tracker(options, scene.site);
+  Tracker tracker(options, scene.told.value_or(scene.site));
   Random random(scene.seed);
   Outcome outcome;
   outcome.frames_seen.assign(scene.cars.size(), 0);

@@ -137,6 +137,42 @@ TEST(TrackScene, SurvivesHalfASecondOutOfSight) {
   expect_each_car_once(outcome, 2, 0.9);
 }
 
+TEST(TrackScene, ComesOutFromBehindAnotherVehicleAsItself) {
+  for (const double hidden_s : {1.0, 1.3, 1.6}) {
+    Scene made = mast();
+    made.cars = {car(90, -4, -12), car(110, -7.5, -15), car(125, -4, -12)};
+    made.cars[0].hidden_s = {{1.5, 1.5 + hidden_s}};
+    made.duration_s = 6.0;
+    expect_each_car_once(scene::run(made), 3, 0.9);
+  }
+}
+
+TEST(TrackScene, HeadingKnownToAFewDegreesOnly) {
+  for (const double off_deg : {-3.0, 3.0}) {
+    Scene made = mast();
+    made.site.road.lanes = {{"near", {-4.0, 0.0}, 3.5, Direction::oncoming}};
+    made.told = made.site;
+    made.told->camera->yaw_rad = {radians_from_degrees(off_deg), radians_from_degrees(3.0)};
+    made.cars = {car(95, -4, -15), car(130, -4, -17)};
+    made.duration_s = 6.0;
+    expect_each_car_once(scene::run(made), 2, 0.9);
+  }
+}
+
+TEST(TrackScene, FogLampsBelowTheHeadlampsAreNoSecondVehicle) {
+  for (const double power : {0.3, 0.8, 1.3}) {
+    Scene made = mast();
+    made.cars = {car(120, -4, -15), car(120, -4, -15)};
+    made.cars[1].height_m = made.cars[0].height_m - 0.33;
+    made.cars[1].separation_m = 1.1;
+    made.cars[1].power = power;
+    made.duration_s = 6.0;
+    const auto outcome = scene::run(made);
+    ASSERT_EQ(outcome.tracks.size(), 1U) << power;
+    EXPECT_EQ(outcome.tracks_of(0), 1) << power;
+  }
+}
+
 TEST(TrackScene, TwoCarsAbreastWithEqualGapsPairRightly) {
   for (const double y_m : {-4.0, 0.0, 3.0}) {
     Scene made = mast();

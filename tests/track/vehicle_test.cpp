@@ -53,6 +53,21 @@ TEST(JudgeVehicle, OneSightingPerFrameInOrderThoughASideChangedItsLamp) {
     EXPECT_EQ(track.sightings[i].frame, static_cast<std::int64_t>(i));
 }
 
+// In a queue the glare of those behind is followed as one light, out of which each vehicle comes.
+TEST(JudgeVehicle, AShortTimeAsAPairVouchesForLittleOfALongOneAsALoneLight) {
+  const Road road;
+  Lamp left = road.lamp(0, 100, -3.4), right = road.lamp(92, 100, -4.6);
+  Vehicle vehicle;
+  vehicle.left = &left;
+  vehicle.right = &right;
+  vehicle.both_seen = 9;
+  VehicleTrack track;
+  ASSERT_EQ(judge_vehicle(vehicle, road.view, {}, {}, track), Verdict::vehicle);
+  EXPECT_EQ(track.sightings.back().frame, 100);
+  EXPECT_LE(track.sightings.size(), 60U);
+  EXPECT_GE(track.sightings.size(), 20U);
+}
+
 TEST(JudgeVehicle, NothingOfWhatCameAfterTheCut) {
   const Road road;
   Lamp left = road.lamp(0, 50, -3.4), right = road.lamp(0, 50, -4.6);

@@ -1,0 +1,47 @@
+#include "track/lone_light.h"
+
+#include <cmath>
+
+namespace vildar {
+namespace {
+
+// Of all lights that stay alone and move along the road, one in four is a lamp.
+constexpr double kPriorLogOdds = -1.1;
+// Looks at a light are not independent: however many, they count as so many.
+constexpr double kFacts = 3.0;
+
+struct Chance {
+  double lamp, glint;
+};
+constexpr Chance kRides{0.1, 0.6}, kClips{0.9, 0.6};
+
+struct Spread {
+  double mean, sigma;
+};
+// Of ln strength about that of strong lamps.
+constexpr Spread kLampLn{-0.4, 0.6}, kGlintLn{-1.5, 1.0};
+
+double log_odds_of_share(double share, Chance chance) {
+  return kFacts * (share * std::log(chance.lamp / chance.glint) +
+                   (1.0 - share) * std::log((1.0 - chance.lamp) / (1.0 - chance.glint)));
+}
+
+double log_density(double value, Spread spread) {
+  const double off = (value - spread.mean) / spread.sigma;
+  return -0.5 * off * off - std::log(spread.sigma);
+}
+
+}  // namespace
+
+double lone_lamp_log_odds(const LoneLight& light) {
+  double log_odds = kPriorLogOdds + log_odds_of_share(light.riding_share, kRides);
+  if (light.lamps_clip) log_odds += log_odds_of_share(light.clipped_share, kClips);
+  // Stronger than strong lamps is as good as strong: a high beam.
+  if (light.strength_ln) {
+    const double strength_ln = std::fmin(*light.strength_ln, kLampLn.mean);
+    log_odds += log_density(strength_ln, kLampLn) - log_density(strength_ln, kGlintLn);
+  }
+  return log_odds;
+}
+
+}  // namespace vildar

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <optional>
+
+namespace vildar {
+
+/// What was seen of a light that never had a partner.
+struct LoneLight {
+  double riding_share = 0.0;  ///< of the looks: moved as a part of a vehicle that has its lamps
+  double clipped_share = 0.0;
+  bool lamps_clip = false;  ///< those of this scene mostly do
+  /// ln of its strength less that of strong lamps of this scene (LightScale); nothing where
+  /// unknown.
+  std::optional<double> strength_ln;
+};
+
+/// Natural log of the odds that it is the lamp of a vehicle of its own, a motorcycle's or a car's
+/// whose other lamp is dark or out of view, rather than a glint on a body, paint or lit road. The
+/// cues count as independent given which of the two it is; docs/tracking.md says what is assumed.
+double lone_lamp_log_odds(const LoneLight& light);
+
+}  // namespace vildar
