@@ -21,7 +21,8 @@ constexpr std::string_view kTracksHeader =
     "frame,t_s,track_id,u_left_px,v_left_px,u_right_px,v_right_px,intensity,intensity_std,"
     "saturated,"
     "azimuth_rad,elevation_rad,range_m,range_std_m,speed_mps,speed_std_mps,intensity_left,"
-    "intensity_right,azimuth_left_rad,elevation_left_rad,azimuth_right_rad,elevation_right_rad\n";
+    "intensity_right,azimuth_left_rad,elevation_left_rad,azimuth_right_rad,elevation_right_rad,"
+    "u_left_std_px,v_left_std_px,u_right_std_px,v_right_std_px\n";
 constexpr std::string_view kBlobsHeader =
     "frame,t_s,blob_id,u_px,v_px,u_std_px,v_std_px,flux,flux_std,area_px,saturated_px,kind\n";
 
@@ -55,6 +56,15 @@ void append_lamp_place(CsvRow& row, const std::optional<LampSighting>& lamp) {
     return;
   }
   row.fixed(lamp->centre_px.x(), kPixelDigits).fixed(lamp->centre_px.y(), kPixelDigits);
+}
+
+// A lamp cut by the edge of the image is not where its light's centre seems to be.
+void append_lamp_sigma(CsvRow& row, const std::optional<LampSighting>& lamp) {
+  if (!lamp || has(lamp->defects, Defect::cut_by_edge)) {
+    row.empty(2);
+    return;
+  }
+  row.fixed(lamp->centre_sigma_px.x(), kPixelDigits).fixed(lamp->centre_sigma_px.y(), kPixelDigits);
 }
 
 void append_lamp_light(CsvRow& row, const std::optional<LampSighting>& lamp) {
@@ -149,6 +159,8 @@ void TracksWriter::add(std::span<const TrackRow> rows) {
     append_lamp_light(row_, sighting.right);
     append_bearing(row_, track.bearing_left_rad);
     append_bearing(row_, track.bearing_right_rad);
+    append_lamp_sigma(row_, sighting.left);
+    append_lamp_sigma(row_, sighting.right);
     file_.write(row_.line());
   }
 }

@@ -21,7 +21,8 @@ constexpr std::string_view kTracksHeader =
     "saturated,azimuth_rad,"
     "elevation_rad,range_m,range_std_m,speed_mps,speed_std_mps,intensity_left,intensity_right,"
     "azimuth_left_rad,"
-    "elevation_left_rad,azimuth_right_rad,elevation_right_rad";
+    "elevation_left_rad,azimuth_right_rad,elevation_right_rad,u_left_std_px,v_left_std_px,"
+    "u_right_std_px,v_right_std_px";
 
 TEST(CsvRow, QuotesWhatWouldBreakTheTableAndNothingElse) {
   CsvRow row;
@@ -89,6 +90,7 @@ TrackRow track_row() {
   row.intensity_std = 2.5e-3;
   LampSighting left;
   left.centre_px = {100.25, 50.5};
+  left.centre_sigma_px = {0.05, 0.0625};
   left.flux = 617.0;
   left.saturated_px = 3;
   row.sighting.left = left;
@@ -107,7 +109,17 @@ TEST(Tracks, LampNotSeenIsEmpty) {
   EXPECT_EQ(lines[0], kTracksHeader);
   EXPECT_EQ(lines[1],
             "41,1.366667,3,100.2500,50.5000,,,1234.568,0.0025,3,-0.12500000,-0.06250000,40.0000,,,,"
-            "617,,,,,");
+            "617,,,,,,0.0500,0.0625,,");
+}
+
+TEST(Tracks, ALampCutByTheEdgeHasNoSigma) {
+  const Folder folder;
+  TrackRow row = track_row();
+  row.sighting.left->defects = Defect::cut_by_edge;
+  TracksWriter writer(folder / "tracks.csv");
+  writer.add(std::vector<TrackRow>{row});
+  writer.commit();
+  EXPECT_TRUE(lines_of(folder / "tracks.csv").at(1).ends_with(",617,,,,,,,,,"));
 }
 
 TEST(Tracks, NothingStandsUnderTheNameBeforeCommit) {
