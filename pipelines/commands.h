@@ -12,5 +12,9 @@ void add_run(CLI::App& program, int& exit_code);
 void add_render(CLI::App& program, int& exit_code);
 void add_evaluate(CLI::App& program, int& exit_code);
 void add_simulate(CLI::App& program, int& exit_code);
+void add_calibrate(CLI::App& program, int& exit_code);
+
+/// Subcommands of `calibrate`.
+void add_calibrate_mount(CLI::App& calibrate, int& exit_code);
 
 }  // namespace vildar

@@ -45,6 +45,7 @@ int main(int argc, char** argv) {
   vildar::add_render(program, exit_code);
   vildar::add_evaluate(program, exit_code);
   vildar::add_simulate(program, exit_code);
+  vildar::add_calibrate(program, exit_code);
 
   try {
     program.parse(argc, argv);

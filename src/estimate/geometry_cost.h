@@ -89,9 +89,9 @@ struct PriorResidual {
 /// Residuals of two axes of one lamp share a loss: this bound on their norm keeps 95 % efficiency.
 inline constexpr double kHuberBound = 1.345 * 1.4142135623730951;
 
-/// Adds all residuals of `problem` on the parameter block `path`. Problem and loss outlive
-/// `ceres_problem`, which must not own the loss.
-void add_geometry(const GeometryProblem& problem, double* path, ceres::LossFunction* loss,
-                  ceres::Problem& ceres_problem);
+/// Adds all residuals of `problem` on the parameter block `path`, of which only `free` may move.
+/// Problem and loss outlive `ceres_problem`, which must not own the loss.
+void add_geometry(const GeometryProblem& problem, double* path, const std::vector<int>& free,
+                  ceres::LossFunction* loss, ceres::Problem& ceres_problem);
 
 }  // namespace vildar

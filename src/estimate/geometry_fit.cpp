@@ -6,8 +6,8 @@
 #include "estimate/solve.h"
 
 namespace vildar {
-void add_geometry(const GeometryProblem& problem, double* path, ceres::LossFunction* loss,
-                  ceres::Problem& ceres_problem) {
+void add_geometry(const GeometryProblem& problem, double* path, const std::vector<int>& free,
+                  ceres::LossFunction* loss, ceres::Problem& ceres_problem) {
   for (std::size_t i = 0; i < problem.lamps.size(); ++i)
     ceres_problem.AddResidualBlock(
         new ceres::AutoDiffCostFunction<LampResidual, 2, kPathParameters>(
@@ -18,7 +18,7 @@ void add_geometry(const GeometryProblem& problem, double* path, ceres::LossFunct
       new ceres::AutoDiffCostFunction<PriorResidual, ceres::DYNAMIC, kPathParameters>(
           priors, priors->count()),
       nullptr, path);
-  hold_fixed_all_but(free_parameters(problem), kPathParameters, path, ceres_problem);
+  hold_fixed_all_but(free, kPathParameters, path, ceres_problem);
 }
 
 std::vector<int> free_parameters(const GeometryProblem& problem) {
@@ -55,8 +55,8 @@ Outcome<GeometryFit> fit_geometry(const GeometryProblem& problem, const PathVect
   ceres::Problem::Options options;
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem ceres_problem(options);
-  add_geometry(problem, fit.parameters.data(), &loss, ceres_problem);
   const std::vector<int> free = free_parameters(problem);
+  add_geometry(problem, fit.parameters.data(), free, &loss, ceres_problem);
   const auto solved = solve(ceres_problem, {fit.parameters.data()});
   if (const Miss* miss = std::get_if<Miss>(&solved)) return *miss;
   const Solution& solution = std::get<Solution>(solved);

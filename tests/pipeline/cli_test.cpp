@@ -57,7 +57,7 @@ TEST_F(Cli, HelpAndVersionSucceed) {
   const Ran version = run("--version");
   EXPECT_EQ(version.code, 0);
   EXPECT_EQ(version.out.rfind("vildar ", 0), 0U);
-  for (const char* command : {"run", "render", "evaluate", "simulate"}) {
+  for (const char* command : {"run", "render", "evaluate", "simulate", "calibrate"}) {
     const Ran help = run(std::string(command) + " --help");
     EXPECT_EQ(help.code, 0) << command;
     const auto examples = help.out.find("Example");

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/outcome.h"
+#include "types/site.h"
+#include "types/vehicle_track.h"
+
+namespace vildar {
+
+/// A quantity of the site file that passes share: before, after, and what lies behind it. SI units.
+struct LearnedQuantity {
+  std::string key;          ///< in the site file, e.g. `camera.yaw_deg`
+  bool angle = false;       ///< radians; else metres
+  Uncertain before, after;  ///< as the site file states them
+  double mean_std = 0.0;    ///< of the mean over all vehicles
+  double spread = 0.0;      ///< of single vehicles about that mean
+  int passes = 0;           ///< that tell of it
+};
+
+struct SiteLearning {
+  Site site;  ///< improved
+  std::vector<LearnedQuantity> quantities;
+  int passes = 0;                       ///< that took part
+  std::map<std::string, int> left_out;  ///< passes left out, by reason
+  /// Median relative sigma of the speeds of the passes, with the site as given and as learned.
+  double speed_std_before = 0.0, speed_std_after = 0.0;
+  /// Relative sigma that all lengths, and so all speeds, have in common; and what it was before.
+  double common_scale_std = 0.0, common_scale_std_before = 0.0;
+};
+
+/// Learns from passes what they share: the turns of the camera that the site file does not call
+/// known, the mean and the spread of the lamps' height and separation, and of the line driven in
+/// each lane. One joint least-squares problem over all passes: each pass has its own trajectory and
+/// its own value of each shared quantity, drawn from a normal population of unknown mean and
+/// spread. A stated `{mean, std}` is taken as half variance among sites, half among the vehicles of
+/// one.
+///
+/// Bearings leave the common scale of all lengths open: it rests on the site file alone, stays in
+/// the stated sigmas, and is told. What fewer than five passes tell of stays as it was. Passes
+/// unlike the others are left out.
+///
+/// Requires a fixed camera (std::invalid_argument otherwise).
+/// Misses: too_few_samples (fewer than five usable passes), not_converged, unobservable.
+Outcome<SiteLearning> learn_site(std::span<const VehicleTrack> passes, const Site& site);
+
+}  // namespace vildar

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "estimate/trajectory.h"
+#include "types/site.h"
+
+namespace vildar {
+
+/// What a pass has one value of and shares with others.
+enum class Shared { drop, separation, lateral, yaw, pitch, roll };
+constexpr bool is_turn(Shared kind) { return kind >= Shared::yaw; }
+
+/// Value of a shared quantity on a path; metres, or radians from the present mean pose.
+template <class T>
+T shared_value(Shared kind, const T* path) {
+  using std::exp;
+  switch (kind) {
+    case Shared::drop: return exp(path[kLogScale]) * path[kDrop];
+    case Shared::separation: return exp(path[kLogScale] + path[kLogSeparation]);
+    case Shared::lateral: return exp(path[kLogScale]) * path[kLateral];
+    case Shared::yaw: return path[kYaw];
+    case Shared::pitch: return path[kPitch];
+    case Shared::roll: return path[kRoll];
+  }
+  return T(0.0);
+}
+
+/// The vehicles of a site as regards one quantity: normal with unknown mean and spread.
+struct Population {
+  std::string key;  ///< of the site file
+  Shared kind = Shared::drop;
+  bool tail = false;           ///< of vehicles that show tail lamps
+  std::string lane;            ///< of a lateral offset
+  double stated_std = 0.0;     ///< in the site file; of a length, without the camera's own place
+  Uncertain mean;              ///< prior
+  double likely_spread = 0.0;  ///< prior of the spread, worth `spread_weight` passes
+  double spread_weight = 0.0;
+  double spread = 0.0;   ///< present estimate
+  double present = 0.0;  ///< present estimate of the mean
+};
+
+/// A pass's part in a population; what else than the spread parts it from the mean.
+struct Membership {
+  std::size_t population = 0;
+  double extra_std = 0.0;
+};
+
+/// One pass: its trajectory without the priors that the populations stand for.
+struct Pass {
+  std::size_t track = 0;  ///< index into the tracks given
+  GeometryProblem problem;
+  PathVector path = PathVector::Zero();
+  std::vector<int> free;  ///< path parameters not held fixed
+  std::vector<Membership> members;
+};
+
+/// The passes' shared quantities as populations. `stated` is the site file, `present` the same with
+/// the camera angles that the trajectories were fitted with: turns are relative to these.
+class PopulationList {
+ public:
+  PopulationList(Site stated, Site present);
+
+  /// The pass of a fitted trajectory; populations appear as passes ask for them.
+  Pass pass_of(std::size_t track, LampKind kind, const Trajectory& trajectory);
+  std::vector<Population>& all() { return populations_; }
+
+ private:
+  std::size_t index_of(const Population& population);
+
+  Site stated_, present_;
+  std::vector<Population> populations_;
+};
+
+}  // namespace vildar

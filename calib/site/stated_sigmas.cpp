@@ -1,0 +1,94 @@
+#include "calib/site/stated_sigmas.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace vildar {
+namespace {
+
+using Set = std::vector<Eigen::Index>;
+
+const Population& at(const std::vector<Population>& populations, Eigen::Index index) {
+  return populations[static_cast<std::size_t>(index)];
+}
+
+// What a set of lengths tells of ln scale where only spreads count, and the variance that the
+// means' errors add to an estimate that trusts it. Value and sigma of a length scale together.
+struct ScaleOfSet {
+  double information = 0.0;
+  double common_variance = 0.0;
+};
+
+ScaleOfSet scale_of(const Set& set, const std::vector<Population>& populations,
+                    const Eigen::MatrixXd& covariance) {
+  Eigen::VectorXd pull(static_cast<Eigen::Index>(set.size()));
+  ScaleOfSet scale;
+  for (std::size_t i = 0; i < set.size(); ++i) {
+    const Population& population = at(populations, set[i]);
+    pull[static_cast<Eigen::Index>(i)] =
+        population.present / (population.spread * population.spread);
+    scale.information += population.present * pull[static_cast<Eigen::Index>(i)];
+  }
+  if (scale.information > 0.0)
+    scale.common_variance =
+        pull.dot(covariance(set, set) * pull) / (scale.information * scale.information);
+  return scale;
+}
+
+// All sets of one length of each sort that one vehicle may have.
+std::vector<Set> sets_of(const std::vector<Population>& populations) {
+  std::array<Set, 3> sorts;
+  for (std::size_t k = 0; k < populations.size(); ++k)
+    if (!is_turn(populations[k].kind))
+      sorts[static_cast<std::size_t>(populations[k].kind)].push_back(static_cast<Eigen::Index>(k));
+  std::vector<Set> sets{{}};
+  for (const Set& sort : sorts) {
+    const std::size_t before = sets.size();
+    for (std::size_t s = 0; s < before; ++s)
+      for (const Eigen::Index index : sort) {
+        if (!sets[s].empty() &&
+            at(populations, sets[s].front()).tail != at(populations, index).tail)
+          continue;
+        sets.push_back(sets[s]);
+        sets.back().push_back(index);
+      }
+  }
+  sets.erase(sets.begin());
+  return sets;
+}
+
+}  // namespace
+
+std::vector<double> stated_stds(const std::vector<Population>& populations,
+                                const Learned& learned) {
+  std::vector<double> widening(populations.size(), 1.0);
+  for (std::size_t k = 0; k < populations.size(); ++k) {
+    const double spread = populations[k].spread;
+    const auto own = static_cast<Eigen::Index>(k);
+    widening[k] = 1.0 + learned.covariance(own, own) / (spread * spread);
+  }
+  for (const Set& set : sets_of(populations)) {
+    const ScaleOfSet scale = scale_of(set, populations, learned.covariance);
+    for (const Eigen::Index index : set) {
+      double& own = widening[static_cast<std::size_t>(index)];
+      own = std::max(own, 1.0 + scale.information * scale.common_variance);
+    }
+  }
+  std::vector<double> stds;
+  for (std::size_t k = 0; k < populations.size(); ++k)
+    stds.push_back(populations[k].spread * std::sqrt(widening[k]));
+  return stds;
+}
+
+double common_scale_std(const std::vector<Population>& populations,
+                        const Eigen::MatrixXd& covariance) {
+  ScaleOfSet strongest;
+  for (const Set& set : sets_of(populations)) {
+    const ScaleOfSet scale = scale_of(set, populations, covariance);
+    if (scale.information > strongest.information) strongest = scale;
+  }
+  return std::sqrt(strongest.common_variance);
+}
+
+}  // namespace vildar

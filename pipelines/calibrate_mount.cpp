@@ -1,0 +1,151 @@
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "calib/site/learn.h"
+#include "config/site_file.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/quantity.h"
+#include "core/text.h"
+#include "pipelines/commands.h"
+#include "pipelines/recorded_passes.h"
+
+namespace vildar {
+namespace {
+
+struct MountArguments {
+  std::vector<std::filesystem::path> runs;
+  std::filesystem::path site, out;
+  bool json = false;
+};
+
+Problem usage(const std::filesystem::path& site, const std::string& fault,
+              const std::string& remedy) {
+  return {site.string(), 0, "", fault, remedy};
+}
+
+Site load_fixed_site(const std::filesystem::path& file) {
+  Site site = load_site(file);
+  if (!site.camera)
+    throw ConfigError({usage(file, "the site has no camera", "add a `camera:` section")});
+  if (site.ego)
+    throw ConfigError(
+        {usage(file, "the camera drives (`ego:`)",
+               "learn from a camera that stands still; a dashcam has no fixed mount")});
+  return site;
+}
+
+SiteLearning learn(const std::vector<VehicleTrack>& passes, const Site& site) {
+  auto outcome = learn_site(passes, site);
+  if (const Miss* miss = std::get_if<Miss>(&outcome))
+    throw InputError(
+        std::to_string(passes.size()) + " passes do not determine the site (" +
+        std::string(name_of(*miss)) +
+        "); at least five that fit the site file are needed: record for longer, or give "
+        "more runs");
+  return std::get<SiteLearning>(std::move(outcome));
+}
+
+// In the unit of the site file's key.
+double for_people(const LearnedQuantity& quantity, double value) {
+  return quantity.angle ? degrees_from_radians(value) : value;
+}
+
+std::string text_of(const LearnedQuantity& quantity, const Uncertain& value) {
+  return fixed_text(for_people(quantity, value.mean), 4) + " +- " +
+         fixed_text(for_people(quantity, value.std), 4);
+}
+
+std::string percent(double share) { return fixed_text(100.0 * share, 2) + " %"; }
+
+std::string text_report(const SiteLearning& learning) {
+  std::string out = std::to_string(learning.passes) + " passes";
+  for (const auto& [reason, count] : learning.left_out)
+    out += "; left out as " + reason + ": " + std::to_string(count);
+  out += "\n";
+  for (const LearnedQuantity& quantity : learning.quantities) {
+    out += quantity.key + ": " + text_of(quantity, quantity.before) + " -> " +
+           text_of(quantity, quantity.after) + "  (" + std::to_string(quantity.passes) +
+           " passes; mean +- " + fixed_text(for_people(quantity, quantity.mean_std), 4) +
+           ", vehicles differ by " + fixed_text(for_people(quantity, quantity.spread), 4) +
+           "; sigma " + fixed_text(quantity.before.std / quantity.after.std, 2) +
+           " times smaller)\n";
+  }
+  out += "speed of a vehicle: sigma " + percent(learning.speed_std_before) + " -> " +
+         percent(learning.speed_std_after) + " (median)\n";
+  out += "common to all speeds of the site: " + percent(learning.common_scale_std_before) + " -> " +
+         percent(learning.common_scale_std) +
+         "; bearings do not tell the scale of the lengths, so this rests on the site file: survey "
+         "the height of the camera over the lamps, or a lane, to lower it\n";
+  return out;
+}
+
+std::string json_report(const SiteLearning& learning) {
+  nlohmann::ordered_json report;
+  report["passes"] = learning.passes;
+  report["left_out"] = learning.left_out;
+  for (const LearnedQuantity& quantity : learning.quantities) {
+    const auto uncertain = [&](const Uncertain& value) {
+      return nlohmann::ordered_json{{"mean", for_people(quantity, value.mean)},
+                                    {"std", for_people(quantity, value.std)}};
+    };
+    report["quantities"][quantity.key] = {{"before", uncertain(quantity.before)},
+                                          {"after", uncertain(quantity.after)},
+                                          {"mean_std", for_people(quantity, quantity.mean_std)},
+                                          {"spread", for_people(quantity, quantity.spread)},
+                                          {"passes", quantity.passes}};
+  }
+  report["speed_relative_std"] = {{"before", learning.speed_std_before},
+                                  {"after", learning.speed_std_after}};
+  report["common_scale_relative_std"] = {{"before", learning.common_scale_std_before},
+                                         {"after", learning.common_scale_std}};
+  return report.dump(2) + "\n";
+}
+
+void calibrate_mount(const MountArguments& arguments) {
+  const Site site = load_fixed_site(arguments.site);
+  std::vector<VehicleTrack> passes;
+  for (const std::filesystem::path& run : arguments.runs)
+    for (VehicleTrack& track : read_recorded_passes(run, *site.camera))
+      passes.push_back(std::move(track));
+  const SiteLearning learning = learn(passes, site);
+  write_file_atomically(arguments.out, effective_site_yaml(learning.site));
+  std::cout << (arguments.json ? json_report(learning) : text_report(learning)) << std::flush;
+}
+
+}  // namespace
+
+void add_calibrate_mount(CLI::App& calibrate, int& exit_code) {
+  auto arguments = std::make_shared<MountArguments>();
+  CLI::App* command = calibrate.add_subcommand(
+      "mount", "Camera angles, lamps and lanes of a site, learned from the passes of its runs");
+  command->footer(
+      "Example:\n"
+      "  vildar run monday.mp4 --site site.yaml --out monday\n"
+      "  vildar run tuesday.mp4 --site site.yaml --out tuesday\n"
+      "  vildar calibrate mount monday tuesday --site site.yaml --out site_learned.yaml\n\n"
+      "What the site file gives as {mean, std} is learned: yaw, pitch and roll of the camera, "
+      "height\n"
+      "and separation of lamps, the line driven in each lane. A plain number is known and stays. "
+      "The\n"
+      "new site file holds the new means and standard deviations; the report tells each before "
+      "and\n"
+      "after, and what no pass can tell. See docs/calibration.md.\n"
+      "Exit codes: 0 done; 2 usage or site file; 3 a run cannot be read, or too few passes; 5 the\n"
+      "output cannot be written; 1 internal error.");
+  command->add_option("RUN_DIR", arguments->runs, "Folders that runs of this site wrote")
+      ->required();
+  command->add_option("--site", arguments->site, "Site file")->required();
+  command->add_option("--out", arguments->out, "Site file to write")->required();
+  command->add_flag("--json", arguments->json, "Print JSON in place of the text");
+  command->callback([arguments, &exit_code] {
+    calibrate_mount(*arguments);
+    exit_code = 0;
+  });
+}
+
+}  // namespace vildar

@@ -1,0 +1,91 @@
+#include "pipelines/recorded_passes.h"
+
+#include <map>
+#include <optional>
+#include <tuple>
+
+#include "core/clock.h"
+#include "evaluate/csv_reader.h"
+#include "types/result.h"
+
+namespace vildar {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct LampColumns {
+  std::string_view u_px, v_px, u_std_px, v_std_px;
+};
+constexpr LampColumns kLeft{"u_left_px", "v_left_px", "u_left_std_px", "v_left_std_px"};
+constexpr LampColumns kRight{"u_right_px", "v_right_px", "u_right_std_px", "v_right_std_px"};
+
+// Tracks that a trajectory may be fitted to, by their id.
+std::map<std::int64_t, VehicleTrack> tracks_of_interest(const fs::path& file) {
+  CsvReader csv(file, {"track_id", "direction", "status"});
+  std::map<std::int64_t, VehicleTrack> tracks;
+  while (csv.next()) {
+    const std::string_view status = csv.required_text("status");
+    if (status != "measured" && status != "withheld:too_uncertain") continue;
+    VehicleTrack track;
+    track.id = static_cast<int>(csv.integer("track_id"));
+    const std::string_view direction = csv.required_text("direction");
+    if (direction == name_of(Direction::receding)) {
+      track.direction = Direction::receding;
+      track.kind = LampKind::taillamp;
+    } else if (direction != name_of(Direction::oncoming)) {
+      csv.fail("direction", "\"" + std::string(direction) + "\" is not a direction",
+               "write oncoming or receding");
+    }
+    tracks.emplace(track.id, std::move(track));
+  }
+  return tracks;
+}
+
+std::optional<LampSighting> lamp_of(const CsvReader& csv, const LampColumns& columns,
+                                    const CameraSite& camera) {
+  const auto u_px = csv.optional_number(columns.u_px);
+  if (!u_px) return std::nullopt;
+  LampSighting lamp;
+  lamp.centre_px = {*u_px, csv.number(columns.v_px)};
+  for (const auto& [column, place_px, size_px] :
+       {std::tuple{columns.u_px, lamp.centre_px.x(), camera.width_px},
+        {columns.v_px, lamp.centre_px.y(), camera.height_px}})
+    if (!(place_px > -1.0 && place_px < size_px))
+      csv.fail(column, "lies outside the site's image", "give the site file that the run used");
+  const auto u_std_px = csv.optional_number(columns.u_std_px);
+  if (u_std_px)
+    lamp.centre_sigma_px = {*u_std_px, csv.number(columns.v_std_px)};
+  else
+    lamp.defects = Defect::cut_by_edge;
+  lamp.row_fraction = (lamp.centre_px.y() + 0.5) / camera.height_px - 0.5;
+  return lamp;
+}
+
+}  // namespace
+
+std::vector<VehicleTrack> read_recorded_passes(const fs::path& run_folder,
+                                               const CameraSite& camera) {
+  std::map<std::int64_t, VehicleTrack> tracks = tracks_of_interest(run_folder / "speeds.csv");
+  CsvReader csv(run_folder / "tracks.csv",
+                {"frame", "t_s", "track_id", kLeft.u_px, kLeft.v_px, kRight.u_px, kRight.v_px,
+                 kLeft.u_std_px, kLeft.v_std_px, kRight.u_std_px, kRight.v_std_px});
+  while (csv.next()) {
+    const auto found = tracks.find(csv.integer("track_id"));
+    if (found == tracks.end()) continue;
+    VehicleSighting sighting;
+    sighting.frame = csv.integer("frame");
+    sighting.time = time_from_seconds<CameraTime>(csv.number("t_s"));
+    auto& sightings = found->second.sightings;
+    if (!sightings.empty() && sighting.frame <= sightings.back().frame)
+      csv.fail("frame", "does not come after the track's frame before", "sort by frame");
+    sighting.left = lamp_of(csv, kLeft, camera);
+    sighting.right = lamp_of(csv, kRight, camera);
+    if (sighting.left || sighting.right) sightings.push_back(sighting);
+  }
+  std::vector<VehicleTrack> passes;
+  for (auto& [id, track] : tracks)
+    if (!track.sightings.empty()) passes.push_back(std::move(track));
+  return passes;
+}
+
+}  // namespace vildar

@@ -1,0 +1,108 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "config/site_file.h"
+#include "support/program.h"
+
+namespace vildar {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A camera whose pose the site file has wrong by up to a degree, and eight cars.
+std::string scenario() {
+  const std::string rest =
+      "    image_size_px: [640, 360]\n"
+      "    focal_px: [560.0, 560.0]\n"
+      "    principal_px: [319.5, 179.5]\n"
+      "    position_m: [0.0, 0.0, 5.0]\n"
+      "    exposure_s: 0.001\n";
+  const std::string roads =
+      "  road:\n"
+      "    kind: straight\n"
+      "    lanes:\n"
+      "      - {id: near, lateral_m: -4.0, width_m: 3.5, direction: oncoming}\n"
+      "  lamps:\n"
+      "    height_m: {mean: 0.65, std: 0.08}\n"
+      "    separation_m: {mean: 1.3, std: 0.12}\n";
+  std::string text =
+      "duration_s: 18.5\nframe_rate_hz: 20\nseed: 4\n"
+      "site:\n  camera:\n" +
+      rest + "    yaw_deg: -7.3\n    pitch_deg: -5.6\n    roll_deg: 0.4\n" + roads +
+      "told_site:\n  camera:\n" + rest +
+      "    yaw_deg: {mean: -8.0, std: 1.0}\n    pitch_deg: {mean: -6.0, std: 1.0}\n"
+      "    roll_deg: {mean: 0.0, std: 0.5}\n" +
+      roads + "vehicles:\n";
+  const double speeds_mps[] = {21.0, 18.5, 20.0, 16.0, 17.5, 19.0, 15.0, 16.5};
+  const double heights_m[] = {0.62, 0.70, 0.66, 0.58, 0.64, 0.69, 0.67, 0.61};
+  for (int i = 0; i < 8; ++i)
+    text += "  - {id: v" + std::to_string(i) +
+            ", kind: car, lane: near, speed_mps: " + std::to_string(speeds_mps[i]) +
+            ", range_at_zero_m: " + std::to_string(10.0 + speeds_mps[i] * 2.2 * (i + 1)) +
+            ", lamp_height_m: " + std::to_string(heights_m[i]) +
+            ", lamp_separation_m: 1.3, intensity_cd: 800}\n";
+  return text;
+}
+
+class Calibrate : public testing::Test {
+ protected:
+  test::Ran run(const std::vector<std::string>& arguments) {
+    return test::Program(VILDAR_PROGRAM, arguments, folder_.path()).wait();
+  }
+  std::string path(const char* name) const { return (folder_.path() / name).string(); }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Calibrate, MountIsLearnedFromARunAndUsedByTheNext) {
+  folder_.write("scenario.yaml", scenario());
+  ASSERT_EQ(run({"render", path("scenario.yaml"), "--out", path("scene")}).code, 0);
+  const std::string clip = path("scene/clip.mp4"), site = path("scene/site.yaml");
+  ASSERT_EQ(run({"run", clip, "--site", site, "--out", path("first")}).code, 0);
+  const std::string learned_file = path("learned.yaml");
+  const test::Ran ran =
+      run({"calibrate", "mount", path("first"), "--site", site, "--out", learned_file});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_NE(ran.out.find("camera.yaw_deg: -8.0000 +- 1.0000 -> "), std::string::npos) << ran.out;
+
+  const CameraSite camera = *load_site(learned_file).camera;
+  // Truth: -7.3, -5.6 and 0.4 degrees; a degree or half of one before.
+  constexpr double kFar = 5.0, kClose_deg = 0.05;
+  for (const auto& [turn_rad, truth_deg] :
+       {std::pair{camera.yaw_rad, -7.3}, {camera.pitch_rad, -5.6}, {camera.roll_rad, 0.4}}) {
+    const double error_rad = std::abs(turn_rad.mean - radians_from_degrees(truth_deg));
+    EXPECT_LT(error_rad, kFar * turn_rad.std) << truth_deg << ran.out;
+    EXPECT_LT(degrees_from_radians(turn_rad.std), 5.0 * kClose_deg) << truth_deg << ran.out;
+  }
+  EXPECT_EQ(run({"run", clip, "--site", learned_file, "--out", path("second")}).code, 0);
+  const test::Ran score =
+      run({"evaluate", path("second"), path("scene"), "--require", "recall>=0.85", "--require",
+           "share_within_limits>=0.7", "--require", "false==0"});
+  EXPECT_EQ(score.code, 0) << score.err << score.out;
+}
+
+TEST_F(Calibrate, SaysWhatIsMissing) {
+  folder_.write("site.yaml",
+                "version: 1\ncamera:\n  image_size_px: [640, 360]\n  focal_px: [560, 560]\n"
+                "  principal_px: [320, 180]\n  position_m: [0, 0, 5]\n");
+  const std::string site = path("site.yaml"), out = path("out.yaml");
+  test::expect_told(run({"calibrate"}), 2, {"subcommand"});
+  test::expect_told(run({"calibrate", "mount", path("none"), "--site", site, "--out", out}), 3,
+                    {"speeds.csv"});
+  folder_.write("speeds.csv", "track_id,direction,status\n1,oncoming,measured\n");
+  folder_.write("tracks.csv",
+                "frame,t_s,track_id,u_left_px,v_left_px,u_right_px,v_right_px\n0,0,1,5,5,9,5\n");
+  const std::string run_folder = folder_.path().string();
+  test::expect_told(run({"calibrate", "mount", run_folder, "--site", site, "--out", out}), 3,
+                    {"tracks.csv", "u_left_std_px"});
+  folder_.write("tracks.csv",
+                "frame,t_s,track_id,u_left_px,v_left_px,u_right_px,v_right_px,u_left_std_px,"
+                "v_left_std_px,u_right_std_px,v_right_std_px\n0,0,1,5,5,9,5,0.1,0.1,0.1,0.1\n");
+  test::expect_told(run({"calibrate", "mount", run_folder, "--site", site, "--out", out}), 3,
+                    {"1 passes", "at least five"});
+  EXPECT_FALSE(fs::exists(out));
+}
+
+}  // namespace
+}  // namespace vildar
