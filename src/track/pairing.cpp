@@ -88,7 +88,7 @@ void best_matching(const std::vector<Edge>& edges, std::size_t next, std::vector
 bool same_body(const Vehicle& vehicle, const Eigen::Vector2d& middle_px, double width_per_depth,
                const RoadView& view) {
   constexpr double kShortestGap_m = 6.5, kUnder_m = 1.0, kOver_m = 3.0, kOffMiddle_m = 0.4,
-                   kOffMiddleHigh_m = 0.9, kHighCamera_m = 2.0, kMargin_m = 0.15;
+                   kOffMiddleHigh_m = 0.9, kHalfBody_m = 1.6, kHighCamera_m = 2.0, kMargin_m = 0.15;
   const Eigen::Vector2d own_px = 0.5 * (vehicle.left->at_px() + vehicle.right->at_px());
   const LampPlace at = view.place(own_px);
   Eigen::Matrix2d axes;
@@ -102,7 +102,9 @@ bool same_body(const Vehicle& vehicle, const Eigen::Vector2d& middle_px, double 
   // Seen from low down, what stands behind a vehicle and between its lamps is hidden.
   const double half_m = 0.5 * vehicle.width_per_depth / inverse_depth;
   if (!high && std::abs(off_m.x()) + half_m * ratio < half_m + kMargin_m) return true;
-  if (std::abs(off_m.x()) > (high ? kOffMiddleHigh_m : kOffMiddle_m)) return false;
+  const double off_middle_m =
+      high ? std::max(kOffMiddleHigh_m, kHalfBody_m - half_m * ratio) : kOffMiddle_m;
+  if (std::abs(off_m.x()) > off_middle_m) return false;
   if (ratio < (high ? 0.4 : 0.6) || ratio > 1.6) return false;
   const double gap_m =
       high ? 1.0 / view.place(middle_px).inverse_depth_per_m - 1.0 / at.inverse_depth_per_m
