@@ -137,9 +137,8 @@ struct Candidate {
 };
 
 // As many pieces as lower Akaike's information criterion.
-std::optional<Candidate> best_curve(const DelayProblem& problem, const DelayRows& rows,
-                                    double delay_s) {
-  std::optional<Candidate> best;
+Outcome<Candidate> best_curve(const DelayProblem& problem, const DelayRows& rows, double delay_s) {
+  Outcome<Candidate> best = Miss::too_few_samples;
   double least = INFINITY;
   const auto n = static_cast<double>(rows.rows.size());
   Eigen::VectorXd last;
@@ -149,7 +148,12 @@ std::optional<Candidate> best_curve(const DelayProblem& problem, const DelayRows
     Eigen::VectorXd start = model.start(delay_s);
     if (last.size() > 0) start.head<kDelayParameters>() = last;
     DelayModel::Point point = model.minimise(start, false, 1);
-    point = model.minimise(point.value, true, 40);
+    constexpr int kMostIterations = 60;
+    point = model.minimise(point.value, true, kMostIterations);
+    if (!point.converged) {
+      if (std::holds_alternative<Miss>(best)) best = Miss::not_converged;
+      continue;
+    }
     last = point.value.head<kDelayParameters>();
     Eigen::VectorXd residuals = model.residuals(point.value);
     const double criterion = residuals.squaredNorm() + 2.0 * pieces;
@@ -208,8 +212,9 @@ Outcome<DelayFit> fit_delay(const DelayProblem& problem) {
   if (!(rows.unit_w > 0.0)) return Miss::below_noise;
   const double delay_s = scan_delay_s(problem, rows);
   if (!(delay_s > 0.0)) return Miss::too_few_samples;
-  const auto found = best_curve(problem, rows, delay_s);
-  if (!found) return Miss::too_few_samples;
+  const auto outcome = best_curve(problem, rows, delay_s);
+  if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
+  const Candidate* found = &std::get<Candidate>(outcome);
 
   const Eigen::MatrixXd information = found->point.information(found->free, found->free);
   const Eigen::LDLT<Eigen::MatrixXd> solver(information);

@@ -155,7 +155,9 @@ DelayModel::Point DelayModel::minimise(Eigen::VectorXd value, bool move_delay,
   const std::vector<int> moved = free(move_delay);
   double damping = 1e-9;
   Point here = at(value, true);
-  for (int iteration = 0; iteration < most_iterations && damping < 1e9; ++iteration) {
+  constexpr double kNoWayDown = 1e9;
+  bool converged = false;
+  for (int iteration = 0; iteration < most_iterations && !converged; ++iteration) {
     Eigen::MatrixXd system = here.information(moved, moved);
     system.diagonal() *= 1.0 + damping;
     const Eigen::VectorXd step = system.ldlt().solve(here.gradient(moved));
@@ -166,13 +168,15 @@ DelayModel::Point DelayModel::minimise(Eigen::VectorXd value, bool move_delay,
     if (allowed) there.cost = at(there.value, false).cost;
     if (!allowed || !(there.cost <= here.cost)) {
       damping = std::max(10.0 * damping, 1e-6);
+      converged = damping > kNoWayDown;
       continue;
     }
     const double gained = here.cost - there.cost;
     here = at(there.value, true);
     damping = std::max(0.1 * damping, 1e-12);
-    if (gained < kEnough) break;
+    converged = gained < kEnough;
   }
+  here.converged = converged;
   return here;
 }
 

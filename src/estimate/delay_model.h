@@ -44,6 +44,7 @@ class DelayModel {
     double cost = 0.0;      ///< half the sum of squares
     Eigen::MatrixXd information;
     Eigen::VectorXd gradient;
+    bool converged = false;  ///< as minimise() leaves it
   };
   /// A first point: this delay, no acceleration, a flat curve.
   Eigen::VectorXd start(double delay_s) const;

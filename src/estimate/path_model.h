@@ -33,9 +33,9 @@ using PathMatrix = Eigen::Matrix<double, kPathParameters, kPathParameters>;
 /// What the site file knows of camera and road.
 struct PathSetting {
   Eigen::Vector3d camera_m = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d camera_from_road = Eigen::Matrix3d::Identity();
-  /// Columns: axes in the road frame about which yaw, pitch and roll turn the camera.
-  Eigen::Matrix3d turn_axes = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d camera_from_road = Eigen::Matrix3d::Identity();  ///< mean pose
+  double yaw_rad = 0.0, pitch_rad = 0.0, roll_rad = 0.0;           ///< of the same
+  bool turns = false;  ///< the pose has a std, so that p[kYaw..kRoll] may differ from zero
   double bend = 0.0;  ///< as in path_point
   double straight_m = 0.0;
 };
@@ -83,17 +83,23 @@ Eigen::Matrix<T, 3, 1> lamp_from_camera_m(const T* p, const PathSetting& setting
   return {x_m - setting.camera_m.x(), y_m - setting.camera_m.y(), -scale_m * p[kDrop]};
 }
 
-/// Camera axes of a road-frame direction, for a camera turned by p[kYaw..kRoll] from its mean pose;
-/// to second order in these small angles.
+/// Camera axes of a road-frame direction, for a camera turned by p[kYaw..kRoll] from its mean pose.
 template <class T>
 Eigen::Matrix<T, 3, 1> camera_axes(const T* p, const PathSetting& setting,
                                    const Eigen::Matrix<T, 3, 1>& ray) {
-  const Eigen::Matrix<T, 3, 1> turn = setting.turn_axes.col(0) * p[kYaw] +
-                                      setting.turn_axes.col(1) * p[kPitch] +
-                                      setting.turn_axes.col(2) * p[kRoll];
-  const Eigen::Matrix<T, 3, 1> once = turn.cross(ray);
-  const Eigen::Matrix<T, 3, 1> seen = ray - once + 0.5 * turn.cross(once);
-  return setting.camera_from_road.cast<T>() * seen;
+  using std::cos;
+  using std::sin;
+  if (!setting.turns) return setting.camera_from_road.cast<T>() * ray;
+  // Yaw, pitch and roll undone in their order; ahead, left and up are the body's axes.
+  const T yaw_rad = setting.yaw_rad + p[kYaw];
+  const T pitch_rad = setting.pitch_rad + p[kPitch];
+  const T roll_rad = setting.roll_rad + p[kRoll];
+  const T level = cos(yaw_rad) * ray.x() + sin(yaw_rad) * ray.y();
+  const T left = cos(yaw_rad) * ray.y() - sin(yaw_rad) * ray.x();
+  const T ahead = cos(pitch_rad) * level + sin(pitch_rad) * ray.z();
+  const T up = cos(pitch_rad) * ray.z() - sin(pitch_rad) * level;
+  return {-(cos(roll_rad) * left + sin(roll_rad) * up), sin(roll_rad) * left - cos(roll_rad) * up,
+          ahead};
 }
 
 }  // namespace vildar

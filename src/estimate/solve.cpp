@@ -26,7 +26,7 @@ bool minimise(ceres::Problem& problem, int* iterations, double tolerance) {
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   if (iterations != nullptr) *iterations = static_cast<int>(summary.iterations.size());
-  return summary.IsSolutionUsable();
+  return summary.termination_type == ceres::CONVERGENCE;
 }
 
 Outcome<Solution> solve(ceres::Problem& problem, const std::vector<double*>& blocks,

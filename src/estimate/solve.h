@@ -13,8 +13,8 @@ namespace vildar {
 void hold_fixed_all_but(const std::vector<int>& free, int size, double* block,
                         ceres::Problem& problem);
 
-/// Minimises without asking how well the unknowns are determined; false where it failed. Counts the
-/// steps where asked to.
+/// Minimises without asking how well the unknowns are determined; false where no minimum was
+/// reached. Counts the steps where asked to.
 /// `tolerance` is the relative change of the cost at which it stops.
 bool minimise(ceres::Problem& problem, int* iterations = nullptr, double tolerance = 1e-10);
 

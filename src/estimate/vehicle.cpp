@@ -31,6 +31,15 @@ std::optional<Miss> gate_speed(const VehicleTrack& track, const MotionState& sta
   return std::nullopt;
 }
 
+// The camera as the fit found it turned.
+Camera fitted_camera(CameraSite camera, const Trajectory& trajectory) {
+  const PathVector& path = trajectory.fit.parameters;
+  camera.yaw_rad.mean += path[kYaw];
+  camera.pitch_rad.mean += path[kPitch];
+  camera.roll_rad.mean += path[kRoll];
+  return Camera(camera);
+}
+
 void add_states(const Trajectory& trajectory, std::vector<TrackRow>& rows) {
   for (TrackRow& row : rows) {
     const MotionState state = trajectory.at(row.time_s);
@@ -206,8 +215,11 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
         stand_in(*delay, result);
     }
   }
-  if (trajectory && !result.withheld && result.used_camera)
-    add_states(joint ? joint->trajectory : *trajectory, estimate.rows);
+  if (trajectory && !result.withheld && result.used_camera) {
+    const Trajectory& last = joint ? joint->trajectory : *trajectory;
+    estimate.rows = bearing_rows(track, fitted_camera(*site.camera, last), site);
+    add_states(last, estimate.rows);
+  }
   return estimate;
 }
 

@@ -210,6 +210,25 @@ TEST(Geometry, RowsFollowTheVehicle) {
   }
 }
 
+TEST(Geometry, AWideYawPriorIsTurnedToTheTruth) {
+  // Twice the prior's own sigma off: the vanishing point of the motion tells the yaw.
+  Site site = mast_site(4.0);
+  site.camera->yaw_rad.std = radians_from_degrees(3.0);
+  Site truth = site;
+  truth.camera->yaw_rad.mean = radians_from_degrees(6.0);
+  View view = kNoiseless;
+  view.sigma_px = 0.1;
+  Random random(1);
+  const VehicleTrack track = track_of(kTypical, truth, view, random);
+  const VehicleEstimate estimate = estimate_vehicle(track, site, {});
+  // Sigma of speed is 2.7 %, all of it from the priors, whose means are the truth.
+  expect_motion(estimate.result, kTypical, 0.01);
+  constexpr double kBearing_rad = 2e-3;  // a few sigmas of the yaw that the fit finds
+  for (const TrackRow& row : estimate.rows)
+    EXPECT_NEAR(row.bearing_rad->x(), std::atan2(-4.0, kTypical.along_at_m(row.time_s)),
+                kBearing_rad);
+}
+
 TEST(Geometry, SaysWhyThereIsNoSpeed) {
   const auto reason = [](const Vehicle& vehicle, const Site& site, const View& view) {
     const VehicleResult result = result_of(vehicle, site, view);
