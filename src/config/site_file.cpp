@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "config/ego_trace.h"
+#include "config/lamp_classes.h"
 #include "config/site_camera.h"
 #include "config/site_words.h"
 #include "core/text.h"
@@ -116,6 +117,33 @@ RoadSite read_road(const YamlMap& map) {
   return road;
 }
 
+LampClass read_lamp_class(const YamlMap& map) {
+  LampClass kind;
+  map.require("id", kind.id);
+  map.read("share", kind.share, kPositive);
+  map.require("height_m", kind.height_m, kPositive);
+  map.read("separation_m", kind.separation_m, kPositive);
+  return kind;
+}
+
+LampsSite read_lamps(const YamlMap& map) {
+  LampsSite lamps;
+  if (map.has("classes")) {
+    for (const std::string_view name : {"height_m", "separation_m"})
+      map.refuse(name, "stands beside classes", "keep either the classes or the one population");
+    const std::vector<YamlMap> maps = map.maps("classes");
+    for (const YamlMap& element : maps) lamps.classes.push_back(read_lamp_class(element));
+    check_ids(maps, lamps.classes);
+    if (!lamps.classes.empty()) pool_classes(lamps);
+  } else {
+    map.read("height_m", lamps.height_m, kPositive);
+    map.read("separation_m", lamps.separation_m, kPositive);
+  }
+  map.read("tail_height_m", lamps.tail_height_m, kPositive);
+  map.read("tail_separation_m", lamps.tail_separation_m, kPositive);
+  return lamps;
+}
+
 /// A beam is a word, or an LM-63 file that exists.
 void read_beam(const YamlMap& map, ChannelSite& channel) {
   const auto item = map.find("beam");
@@ -186,12 +214,7 @@ Site read_site(const YamlMap& map) {
     map.problem("", "has neither a camera nor a photodiode", "add `camera:` or `photodiodes:`");
   map.read("mains_hz", site.mains_hz, kMains_hz);
   if (const auto road = map.map("road")) site.road = read_road(*road);
-  if (const auto lamps = map.map("lamps")) {
-    lamps->read("height_m", site.lamps.height_m, kPositive);
-    lamps->read("separation_m", site.lamps.separation_m, kPositive);
-    lamps->read("tail_height_m", site.lamps.tail_height_m, kPositive);
-    lamps->read("tail_separation_m", site.lamps.tail_separation_m, kPositive);
-  }
+  if (const auto lamps = map.map("lamps")) site.lamps = read_lamps(*lamps);
   if (const auto channel = map.map("channel")) site.channel = read_channel(*channel);
   if (const auto ego = map.map("ego")) site.ego = read_ego(*ego);
   return site;

@@ -159,6 +159,24 @@ void write_road(std::string& out, const RoadSite& road) {
            ", direction: " + word_of(lane.direction, kDirectionWords) + "}\n";
 }
 
+void write_lamps(std::string& out, const LampsSite& lamps) {
+  out += "lamps:\n";
+  Lines lines(out, "  ", "  ");
+  if (lamps.classes.empty()) {
+    lines.put("height_m", lamps.height_m);
+    lines.put("separation_m", lamps.separation_m);
+  }
+  lines.put("tail_height_m", lamps.tail_height_m);
+  lines.put("tail_separation_m", lamps.tail_separation_m);
+  if (!lamps.classes.empty()) out += "  classes:\n";
+  for (const LampClass& kind : lamps.classes) {
+    out += "    - {id: " + text_of(kind.id) + ", share: " + number(kind.share) +
+           ", height_m: " + number(kind.height_m);
+    if (kind.separation_m) out += ", separation_m: " + number(*kind.separation_m);
+    out += "}\n";
+  }
+}
+
 void write_channel(std::string& out, const ChannelSite& channel) {
   out += "channel:\n";
   Lines lines(out, "  ", "  ");
@@ -184,14 +202,7 @@ std::string effective_site_yaml(const Site& site) {
   for (const PhotodiodeSite& diode : site.photodiodes) write_photodiode(out, diode);
   out += "mains_hz: " + number(site.mains_hz) + "\n";
   write_road(out, site.road);
-  if (site.lamps != LampsSite{}) {
-    out += "lamps:\n";
-    Lines lines(out, "  ", "  ");
-    lines.put("height_m", site.lamps.height_m);
-    lines.put("separation_m", site.lamps.separation_m);
-    lines.put("tail_height_m", site.lamps.tail_height_m);
-    lines.put("tail_separation_m", site.lamps.tail_separation_m);
-  }
+  if (site.lamps != LampsSite{}) write_lamps(out, site.lamps);
   if (site.channel) write_channel(out, *site.channel);
   if (site.ego) {
     out += "ego:\n";

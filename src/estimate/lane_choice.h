@@ -1,6 +1,6 @@
 #pragma once
 
-#include <string>
+#include <vector>
 
 #include "types/site.h"
 
@@ -10,13 +10,18 @@ namespace vildar {
 /// twelfth of the width, about 0.3 m.
 Uncertain lane_prior_m(const LaneSite& lane);
 
-struct LaneChoice {
-  const LaneSite* lane = nullptr;  ///< null where none fits, or more than one does
-  bool off_road = false;           ///< well beyond the edge of every lane of either direction
+/// Edges of the road and of the verges on both sides, as lateral offsets. Needs a lane.
+struct RoadEdges {
+  double low_m = 0.0, high_m = 0.0;
 };
+RoadEdges road_edges(const RoadSite& road);
 
-/// Lane of `direction` that a vehicle at this lateral offset (mean and std, lane not assumed) is
-/// in.
-LaneChoice choose_lane(const RoadSite& road, Direction direction, Uncertain lateral_m);
+/// Lanes of `direction` that a vehicle at this lateral offset (mean and std, lane not assumed) may
+/// be in: those within five sigmas.
+std::vector<const LaneSite*> lanes_near(const RoadSite& road, Direction direction,
+                                        Uncertain lateral_m);
+
+/// Share of vehicles that drive in no lane: they change lanes, overtake, park.
+inline constexpr double kOffLaneShare = 0.02;
 
 }  // namespace vildar

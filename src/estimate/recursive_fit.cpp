@@ -9,6 +9,7 @@
 
 #include "core/clock.h"
 #include "estimate/geometry_cost.h"
+#include "estimate/mixture.h"
 
 namespace vildar {
 namespace {
@@ -47,7 +48,7 @@ struct RecursiveFit::Filter {
   Camera camera;
   Options options;
   VehicleTrack track;  // before the first estimate its sightings, after it the last one alone
-  std::optional<Trajectory> trajectory;
+  std::vector<Trajectory> trajectories;  // each thing that the vehicle may be
   Miss miss = Miss::too_short;
   double last_s = 0.0;
   double excess = 1.0;  // running mean of the squared whitened innovations
@@ -62,22 +63,22 @@ struct RecursiveFit::Filter {
         seconds_of(track.sightings.back().time) - seconds_of(track.sightings.front().time);
     if (seen_s < options.first_s) return;
     std::vector<std::string> warnings;
-    auto outcome = fit_trajectory(track, camera, site, warnings);
+    auto outcome = fit_trajectories(track, camera, site, warnings);
     if (const Miss* why = std::get_if<Miss>(&outcome)) {
       miss = *why;
       return;
     }
-    trajectory = std::get<Trajectory>(std::move(outcome));
+    trajectories = std::get<std::vector<Trajectory>>(std::move(outcome));
   }
 
-  void predict(double time_s) {
-    GeometryProblem& problem = trajectory->problem;
-    GeometryFit& fit = trajectory->fit;
+  void predict(double time_s, Trajectory& trajectory) const {
+    GeometryProblem& problem = trajectory.problem;
+    GeometryFit& fit = trajectory.fit;
     const double dt_s = time_s - problem.reference_s;
     const double scale_m = std::exp(fit.parameters[kLogScale]);
     const double share =
         1.0 - dt_s * (fit.parameters[kClosingRate] + 0.5 * dt_s * fit.parameters[kAcceleration]);
-    if (trajectory->ego.moving() || !(share * scale_m > kNearest_m)) return;
+    if (trajectory.ego.moving() || !(share * scale_m > kNearest_m)) return;
     const PathJets later = moved(jets_of(fit.parameters), dt_s);
     PathMatrix slopes;
     for (int i = 0; i < kPathParameters; ++i) {
@@ -91,9 +92,9 @@ struct RecursiveFit::Filter {
   }
 
   // One lamp: both image axes at once, an outlier weighing as much as Huber's loss lets it.
-  void update(std::size_t index) {
-    GeometryProblem& problem = trajectory->problem;
-    GeometryFit& fit = trajectory->fit;
+  void update(std::size_t index, Trajectory& trajectory) {
+    GeometryProblem& problem = trajectory.problem;
+    GeometryFit& fit = trajectory.fit;
     const PathJets p = jets_of(fit.parameters);
     std::array<PathJet, 2> residual;
     if (!LampResidual{&problem, index}(p.data(), residual.data())) return;
@@ -114,15 +115,19 @@ struct RecursiveFit::Filter {
   }
 
   void follow(const VehicleSighting& sighting) {
-    GeometryProblem& problem = trajectory->problem;
     const double time_s = seconds_of(sighting.time);
-    predict(time_s);
-    problem.lamps = frame_lamps(sighting, 0, problem.pairs, camera, *site.camera);
-    problem.ego.clear();
-    for (const LampObservation& lamp : problem.lamps)
-      problem.ego.push_back(trajectory->ego.deviation(problem.reference_s, lamp.time_s));
-    for (std::size_t i = 0; i < problem.lamps.size(); ++i) update(i);
-    trajectory->frames += !problem.lamps.empty();
+    const auto lamps =
+        frame_lamps(sighting, 0, trajectories.front().problem.pairs, camera, *site.camera);
+    for (Trajectory& trajectory : trajectories) {
+      GeometryProblem& problem = trajectory.problem;
+      predict(time_s, trajectory);
+      problem.lamps = lamps;
+      problem.ego.clear();
+      for (const LampObservation& lamp : lamps)
+        problem.ego.push_back(trajectory.ego.deviation(problem.reference_s, lamp.time_s));
+      for (std::size_t i = 0; i < lamps.size(); ++i) update(i, trajectory);
+      trajectory.frames += !lamps.empty();
+    }
   }
 };
 
@@ -135,7 +140,7 @@ RecursiveFit::RecursiveFit(RecursiveFit&&) noexcept = default;
 RecursiveFit& RecursiveFit::operator=(RecursiveFit&&) noexcept = default;
 
 void RecursiveFit::add(const VehicleSighting& sighting) {
-  if (filter_->trajectory) {
+  if (!filter_->trajectories.empty()) {
     filter_->follow(sighting);
   } else {
     filter_->track.sightings.push_back(sighting);
@@ -145,15 +150,13 @@ void RecursiveFit::add(const VehicleSighting& sighting) {
 }
 
 std::optional<MotionState> RecursiveFit::state() const {
-  if (!filter_->trajectory) return std::nullopt;
-  return filter_->trajectory->at(filter_->last_s);
+  if (filter_->trajectories.empty()) return std::nullopt;
+  return mixed_state(filter_->trajectories, filter_->last_s);
 }
 
 Outcome<SpeedEstimate> RecursiveFit::speed() const {
-  if (!filter_->trajectory) return filter_->miss;
-  const Trajectory& trajectory = *filter_->trajectory;
-  return speed_estimate(trajectory.at(filter_->last_s), filter_->last_s, trajectory.ego.moving(),
-                        trajectory.frames);
+  if (filter_->trajectories.empty()) return filter_->miss;
+  return mixed_speed(filter_->trajectories, filter_->last_s);
 }
 
 }  // namespace vildar

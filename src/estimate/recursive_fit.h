@@ -29,7 +29,7 @@ class RecursiveFit {
   void add(const VehicleSighting& sighting);
 
   /// Speed over the ground at the last sighting. Misses: too_short or too_few_samples before the
-  /// first estimate, else those of fit_trajectory().
+  /// first estimate, else those of fit_trajectories().
   Outcome<SpeedEstimate> speed() const;
   /// The same with place and acceleration; not before there is a speed.
   std::optional<MotionState> state() const;

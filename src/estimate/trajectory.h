@@ -22,13 +22,15 @@ struct MotionState {
   double acceleration_mps2 = 0.0;           ///< of over_ground_mps
 };
 
-/// A vehicle's fitted trajectory.
+/// A vehicle's fitted trajectory, as one of the things that the vehicle may be.
 struct Trajectory {
   GeometryProblem problem;
   GeometryFit fit;
   EgoMotion ego;
-  std::string lane;        ///< empty where none fits
-  bool lane_used = false;  ///< the lane's offset took part as a prior
+  std::string lane;   ///< whose offset took part as a prior; empty: none
+  std::string lamps;  ///< class of the site's lamps; empty where it names none
+  double log_prior = 0.0;  ///< ln of how likely this is before anything is seen
+  double weight = 1.0;     ///< probability among the trajectories found together
   int frames = 0;
 
   MotionState at(double time_s) const;
@@ -46,9 +48,11 @@ SpeedEstimate speed_estimate(const MotionState& state, double time_s, bool movin
 /// Time within the track at which the speed is known best, relative to the speed.
 double best_time_s(const Trajectory& trajectory, double from_s, double to_s);
 
-/// Fits the bearings of a track. Adds to `warnings` what a reader should know.
+/// Fits the bearings of a track: one trajectory for each thing that the vehicle may be (lane, class
+/// of lamps) with its weight, the likeliest first. Adds to `warnings` what a reader should know.
 /// Misses: too_few_samples, too_short, no_scale, unobservable, not_converged, bad_fit, not_on_road.
-Outcome<Trajectory> fit_trajectory(const VehicleTrack& track, const Camera& camera,
-                                   const Site& site, std::vector<std::string>& warnings);
+Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& track, const Camera& camera,
+                                                  const Site& site,
+                                                  std::vector<std::string>& warnings);
 
 }  // namespace vildar

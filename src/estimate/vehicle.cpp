@@ -4,11 +4,15 @@
 #include <stdexcept>
 
 #include "core/clock.h"
+#include "core/quantity.h"
+#include "core/text.h"
 #include "estimate/camera_view.h"
 #include "estimate/delay_joint.h"
 #include "estimate/delay_light.h"
+#include "estimate/hypotheses.h"
 #include "estimate/intensity_methods.h"
 #include "estimate/joint_fit.h"
+#include "estimate/mixture.h"
 #include "estimate/speed_budget.h"
 #include "estimate/speed_gate.h"
 #include "estimate/trajectory.h"
@@ -40,9 +44,9 @@ Camera fitted_camera(CameraSite camera, const Trajectory& trajectory) {
   return Camera(camera);
 }
 
-void add_states(const Trajectory& trajectory, std::vector<TrackRow>& rows) {
+void add_states(std::span<const Trajectory> trajectories, std::vector<TrackRow>& rows) {
   for (TrackRow& row : rows) {
-    const MotionState state = trajectory.at(row.time_s);
+    const MotionState state = mixed_state(trajectories, row.time_s);
     row.range_m = state.range_m;
     row.range_std_m = state.range_std_m;
     row.speed_mps = std::abs(state.over_ground_mps);
@@ -50,42 +54,91 @@ void add_states(const Trajectory& trajectory, std::vector<TrackRow>& rows) {
   }
 }
 
-// The speed that the program stands by, from a trajectory and the method that gave it.
-void report(const VehicleTrack& track, const Trajectory& trajectory, const SpeedEstimate& speed,
-            VehicleResult& result) {
-  const MotionState state = trajectory.at(speed.time_s);
+// What could not be told apart, and what each would mean.
+void warn_of_doubt(std::span<const Trajectory> trajectories, double time_s, VehicleResult& result) {
+  constexpr double kSure = 0.95;
+  if (trajectories.front().weight >= kSure) return;
+  std::string doubt;
+  for (const Trajectory& one : trajectories) {
+    const std::string lane = one.lane.empty() ? "no lane" : "lane " + one.lane;
+    const std::string lamps = one.lamps.empty() ? "" : one.lamps + ", ";
+    doubt += (doubt.empty() ? "" : "; ") + lamps + lane + ": " +
+             fixed_text(100.0 * one.weight, 0) + " %, " +
+             fixed_text(kmh_from_mps(std::abs(one.at(time_s).over_ground_mps)), 1) + " km/h";
+  }
+  result.warnings.push_back("what the vehicle is cannot be told for sure (" + doubt +
+                            "); its interval covers all of them");
+}
+
+// The speed that the program stands by, from trajectories and the method that gave them.
+void report(const VehicleTrack& track, std::span<const Trajectory> trajectories,
+            const SpeedEstimate& speed, VehicleResult& result) {
+  const MotionState state = mixed_state(trajectories, speed.time_s);
   result.speed = speed;
-  result.lane = trajectory.lane;
+  result.lane = sure_lane(trajectories);
   result.withheld = gate_speed(track, state, speed);
   if (result.withheld) return;
   result.range_ref_m = state.range_m;
   result.lateral_m = state.lateral_m;
   result.acceleration_mps2 = state.acceleration_mps2;
   result.closing_speed_mps = state.closing_mps;
-  result.budget = speed_budget(trajectory, speed.time_s);
-  result.chi2_per_dof["camera"] = bearing_chi2_per_dof(trajectory);
+  result.budget = speed_budget(trajectories.front(), speed.time_s);
+  if (trajectories.size() > 1) {
+    // What the vehicle is bears on the scale alone.
+    const double relative = speed.std_mps / speed.speed_mps;
+    SpeedBudget& budget = *result.budget;
+    budget.scale = std::sqrt(std::max(0.0, relative * relative - budget.shape * budget.shape));
+  }
+  result.chi2_per_dof["camera"] = bearing_chi2_per_dof(trajectories.front());
 }
 
-SpeedEstimate speed_of(const Trajectory& trajectory, const VehicleResult& result) {
-  const double time_s = best_time_s(trajectory, result.t_first_s, result.t_last_s);
-  return speed_estimate(trajectory.at(time_s), time_s, trajectory.ego.moving(), trajectory.frames);
+SpeedEstimate speed_of(std::span<const Trajectory> trajectories, const VehicleResult& result) {
+  return mixed_speed(trajectories,
+                     best_time_s(trajectories.front(), result.t_first_s, result.t_last_s));
 }
 
-// Bearings with the delay of two photodiodes where there is one, else with the power of all.
-Outcome<JointFit> join(const Trajectory& camera_only, const Site& site,
-                       std::span<const VehiclePower> power, const DelayFit* delay,
-                       const VehicleResult& result) {
-  if (!delay) return fit_joint(camera_only, site, power, result.t_first_s, result.t_last_s);
+struct Joined {
+  std::vector<Trajectory> trajectories;
+  double power_chi2_per_block = 0.0;
+  std::int64_t samples = 0;
+};
+
+// Bearings with the delay of two photodiodes where there is one, else with the power of all. The
+// delay tells the things that the vehicle may be apart; power does not.
+Outcome<Joined> join(std::span<const Trajectory> camera_only, const Site& site,
+                     std::span<const VehiclePower> power, const DelayFit* delay,
+                     const VehicleResult& result) {
   const auto photodiode = static_cast<std::size_t>(power.front().trace->photodiode);
-  return fit_with_delay(camera_only, *delay, site.photodiodes.at(photodiode).time_offset_s.std);
+  const double time_std_s = site.photodiodes.at(photodiode).time_offset_s.std;
+  Joined joined;
+  std::optional<Miss> miss;
+  for (const Trajectory& one : camera_only) {
+    auto outcome = delay ? fit_with_delay(one, *delay, time_std_s)
+                         : fit_joint(one, site, power, result.t_first_s, result.t_last_s);
+    if (const Miss* why = std::get_if<Miss>(&outcome)) {
+      if (!miss) miss = *why;
+      if (!delay && joined.trajectories.empty()) break;
+      if (!delay) joined.trajectories.push_back(one);
+      continue;
+    }
+    JointFit& fit = std::get<JointFit>(outcome);
+    if (joined.samples == 0) {
+      joined.samples = fit.samples;
+      joined.power_chi2_per_block = fit.power_chi2_per_block;
+    }
+    joined.trajectories.push_back(std::move(fit.trajectory));
+  }
+  if (joined.trajectories.empty()) return *miss;
+  if (delay) weigh(joined.trajectories);
+  return joined;
 }
 
-// Adds the method `fused`, and where it holds makes it the one the program stands by.
-std::optional<JointFit> fuse(const VehicleTrack& track, const Trajectory& camera_only,
-                             const Site& site, std::span<const VehiclePower> power,
-                             const DelayFit* delay, VehicleResult& result) {
+// Adds the method `fused`, and where it holds makes it the one the program stands by; the
+// trajectories are then those of both sensors.
+void fuse(const VehicleTrack& track, const Site& site, std::span<const VehiclePower> power,
+          const DelayFit* delay, std::vector<Trajectory>& trajectories, VehicleResult& result) {
   MethodResult method{Method::fused, Miss::unobservable, result.n_frames, ""};
-  const auto outcome = join(camera_only, site, power, delay, result);
+  auto outcome = join(trajectories, site, power, delay, result);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) {
     method.speed = *miss;
     result.methods.push_back(method);
@@ -99,26 +152,26 @@ std::optional<JointFit> fuse(const VehicleTrack& track, const Trajectory& camera
       result.warnings.push_back("photodiode power does not agree with the camera (" +
                                 std::string(name_of(*miss)) + "); the speed is the camera's alone");
     }
-    return std::nullopt;
+    return;
   }
-  JointFit joint = std::get<JointFit>(outcome);
-  const SpeedEstimate speed = speed_of(joint.trajectory, result);
-  method.samples += joint.samples;
+  Joined& joined = std::get<Joined>(outcome);
+  const SpeedEstimate speed = speed_of(joined.trajectories, result);
+  method.samples += joined.samples;
   VehicleResult fused = result;
-  report(track, joint.trajectory, speed, fused);
+  report(track, joined.trajectories, speed, fused);
   if (fused.withheld) {
     method.speed = *fused.withheld;
     result.methods.push_back(method);
-    return std::nullopt;
+    return;
   }
   method.speed = speed;
   result = std::move(fused);
   result.method = Method::fused;
   result.used_photodiode = true;
-  result.n_pd_samples = joint.samples;
-  result.chi2_per_dof["photodiode"] = joint.power_chi2_per_block;
+  result.n_pd_samples = joined.samples;
+  result.chi2_per_dof["photodiode"] = joined.power_chi2_per_block;
   result.methods.push_back(method);
-  return joint;
+  trajectories = std::move(joined.trajectories);
 }
 
 // Adds the method `delay_photodiodes`. The vehicle passes the photodiodes after the camera has lost
@@ -182,18 +235,18 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
   VehicleResult& result = estimate.result;
   result = empty_result(track);
 
-  const auto fitted = fit_trajectory(track, camera, site, result.warnings);
-  const Trajectory* trajectory = std::get_if<Trajectory>(&fitted);
-  if (trajectory) {
-    const SpeedEstimate speed = speed_of(*trajectory, result);
-    report(track, *trajectory, speed, result);
-  } else {
-    result.withheld = std::get<Miss>(fitted);
+  std::vector<Trajectory> trajectories;
+  auto fitted = fit_trajectories(track, camera, site, result.warnings);
+  if (const Miss* miss = std::get_if<Miss>(&fitted)) {
+    result.withheld = *miss;
     if (result.withheld == Miss::no_scale)
       result.warnings.push_back(
           "speed is unobservable: no length fixes the scale; measure one of lamps.height_m (with "
           "camera.position_m), lamps.separation_m, road.radius_m, or the distance between two "
           "photodiodes along the road");
+  } else {
+    trajectories = std::get<std::vector<Trajectory>>(std::move(fitted));
+    report(track, trajectories, speed_of(trajectories, result), result);
   }
   MethodResult geometry{Method::geometry_camera, Miss::unobservable, result.n_frames, ""};
   if (result.withheld)
@@ -202,23 +255,23 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
     geometry.speed = result.speed;
   result.methods.push_back(geometry);
 
-  std::optional<JointFit> joint;
   if (track.direction == Direction::oncoming && !site.ego) {
+    const Trajectory* trajectory = trajectories.empty() ? nullptr : &trajectories.front();
     result.methods.push_back(camera_intensity_method(track, site, trajectory));
     if (!power.empty()) {
       for (MethodResult& row : photodiode_methods(track, site, power, trajectory))
         result.methods.push_back(std::move(row));
       const auto delay = power.size() > 1 ? delay_of(site, power, result) : std::nullopt;
       if (trajectory && !result.withheld)
-        joint = fuse(track, *trajectory, site, power, delay ? &*delay : nullptr, result);
+        fuse(track, site, power, delay ? &*delay : nullptr, trajectories, result);
       else if (delay)
         stand_in(*delay, result);
     }
   }
-  if (trajectory && !result.withheld && result.used_camera) {
-    const Trajectory& last = joint ? joint->trajectory : *trajectory;
-    estimate.rows = bearing_rows(track, fitted_camera(*site.camera, last), site);
-    add_states(last, estimate.rows);
+  if (!trajectories.empty() && !result.withheld && result.used_camera) {
+    estimate.rows = bearing_rows(track, fitted_camera(*site.camera, trajectories.front()), site);
+    add_states(trajectories, estimate.rows);
+    warn_of_doubt(trajectories, result.speed.time_s, result);
   }
   return estimate;
 }

@@ -83,9 +83,20 @@ struct RoadSite {
   bool operator==(const RoadSite&) const = default;
 };
 
+/// One kind of vehicle by its headlamps, and how many of all vehicles are of this kind.
+struct LampClass {
+  std::string id;
+  double share = 1.0;  ///< relative to the other classes
+  Uncertain height_m;
+  std::optional<Uncertain> separation_m;  ///< absent: one lamp alone
+
+  bool operator==(const LampClass&) const = default;
+};
+
 struct LampsSite {
-  std::optional<Uncertain> height_m;      ///< of headlamps
-  std::optional<Uncertain> separation_m;  ///< of headlamps
+  std::optional<Uncertain> height_m;      ///< of headlamps; with classes, of all of them together
+  std::optional<Uncertain> separation_m;  ///< the same
+  std::vector<LampClass> classes;
   std::optional<Uncertain> tail_height_m;
   std::optional<Uncertain> tail_separation_m;
 

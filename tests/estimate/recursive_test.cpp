@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "core/clock.h"
+#include "estimate/mixture.h"
 #include "estimate/vehicle.h"
 #include "simulated_pass.h"
 
@@ -44,9 +45,9 @@ TEST(Recursive, EndsWhereTheBatchFitDoes) {
     RecursiveFit live(site, track, {.jerk_mps2_per_root_s = 0.0});
     for (const VehicleSighting& sighting : track.sightings) live.add(sighting);
     std::vector<std::string> warnings;
-    const auto batch =
-        std::get<Trajectory>(fit_trajectory(track, Camera(*site.camera), site, warnings));
-    const MotionState expected = batch.at(seconds_of(track.sightings.back().time));
+    const auto batch = std::get<std::vector<Trajectory>>(
+        fit_trajectories(track, Camera(*site.camera), site, warnings));
+    const MotionState expected = mixed_state(batch, seconds_of(track.sightings.back().time));
     const MotionState found = *live.state();
     constexpr double kOfSigma = 0.15;  // what linearising once leaves
     EXPECT_NEAR(found.over_ground_mps, expected.over_ground_mps, kOfSigma * expected.speed_std_mps);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -18,11 +19,18 @@ struct Vehicle {
   double lateral_m = -4.0;
   double height_m = 0.68;
   double separation_m = 1.25;
+  double change_s = 0.0;      ///< from here on the acceleration is another
+  double change_mps2 = 0.0;   ///< by this much
 
+  double since_change_s(double t_s) const { return std::max(0.0, t_s - change_s); }
   double along_at_m(double t_s) const {
-    return along_m - speed_mps * t_s - 0.5 * acceleration_mps2 * t_s * t_s;
+    const double changed_s = since_change_s(t_s);
+    return along_m - speed_mps * t_s - 0.5 * acceleration_mps2 * t_s * t_s -
+           0.5 * change_mps2 * changed_s * changed_s;
   }
-  double speed_at_mps(double t_s) const { return speed_mps + acceleration_mps2 * t_s; }
+  double speed_at_mps(double t_s) const {
+    return speed_mps + acceleration_mps2 * t_s + change_mps2 * since_change_s(t_s);
+  }
 };
 
 struct Lamps {

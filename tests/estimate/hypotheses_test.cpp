@@ -1,0 +1,116 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "estimate/mixture.h"
+#include "estimate/vehicle.h"
+#include "lamp_population.h"
+
+namespace vildar {
+namespace {
+
+using simulated::track_of;
+using simulated::Vehicle;
+using simulated::View;
+
+constexpr double kTwoSided95 = 1.959963984540054;
+constexpr View kFewFrames{.to_s = 2.2, .frame_rate_hz = 15.0, .sigma_px = 0.1};
+
+VehicleResult result_of(const Vehicle& vehicle, const Site& site, const View& view) {
+  Random random(1);
+  return estimate_vehicle(track_of(vehicle, site, view, random), site, {}).result;
+}
+
+void expect_covered(const VehicleResult& result, const Vehicle& vehicle) {
+  ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
+  const double truth_mps = vehicle.speed_at_mps(result.speed.time_s);
+  EXPECT_LE(result.speed.lo95_mps, truth_mps);
+  EXPECT_GE(result.speed.hi95_mps, truth_mps);
+}
+
+TEST(Hypotheses, ALorryIsNotTakenForACar) {
+  const Site site = simulated::mixed_site(4.0);
+  // As a car of 1.25 m between the lamps it would do 13 m/s; its lane and height say otherwise.
+  const Vehicle lorry{20.0, 0.0, 60.0, -4.0, 1.0, 2.0};
+  const VehicleResult result = result_of(lorry, site, kFewFrames);
+  expect_covered(result, lorry);
+  EXPECT_LT(result.speed.std_mps, 0.05 * result.speed.speed_mps);
+  EXPECT_TRUE(result.warnings.empty());
+}
+
+TEST(Hypotheses, AMotorcycleHasOneLampAndNoSeparation) {
+  const Site site = simulated::mixed_site(4.0);
+  const Vehicle motorcycle{20.0, 0.0, 60.0, -3.5, 0.85, 0.0};
+  View view = kFewFrames;
+  view.single_lamp = true;
+  expect_covered(result_of(motorcycle, site, view), motorcycle);
+}
+
+TEST(Hypotheses, ClassesThatCannotBeToldApartBothLieInTheInterval) {
+  // One lamp, no lane: nothing but its height, which is 0.5 m or 1.2 m, says how far it is.
+  Site site = simulated::mixed_site(4.0);
+  site.road.lanes.clear();
+  site.lamps.classes = {{"low", 1.0, {0.5, 0.05}, {}}, {"high", 1.0, {1.2, 0.05}, {}}};
+  View view = kFewFrames;
+  view.single_lamp = true;
+  for (const double height_m : {0.5, 1.2}) {
+    const Vehicle vehicle{20.0, 0.0, 60.0, -4.0, height_m, 0.0};
+    const VehicleResult result = result_of(vehicle, site, view);
+    expect_covered(result, vehicle);
+    // The other reading: speeds go as the camera's height over the lamps.
+    const double other_mps = 20.0 * (4.0 - (1.7 - height_m)) / (4.0 - height_m);
+    EXPECT_LE(result.speed.lo95_mps, other_mps);
+    EXPECT_GE(result.speed.hi95_mps, other_mps);
+    ASSERT_EQ(result.warnings.size(), 1U);
+    EXPECT_NE(result.warnings[0].find("high"), std::string::npos);
+  }
+}
+
+TEST(Hypotheses, LanesThatCannotBeToldApartBothLieInTheInterval) {
+  // Nothing but the lane says how far a lamp is whose height is unknown; half way between the two
+  // lanes in the bearings, which leaves 2.8 and 4.2 m equally likely.
+  Site site = simulated::mixed_site(4.0);
+  site.lamps = {};
+  site.lamps.height_m = Uncertain{0.65, 0.6};
+  site.road.lanes = {{"inner", {-2.8, 0.1}, 2.0, Direction::oncoming},
+                     {"outer", {-4.2, 0.1}, 2.0, Direction::oncoming}};
+  for (const double lateral_m : {-2.8, -4.2}) {
+    const Vehicle vehicle{20.0, 0.0, 60.0, lateral_m, 0.65 + 3.35 * (1.0 + lateral_m / 3.5), 1.2};
+    const VehicleResult result = result_of(vehicle, site, kFewFrames);
+    expect_covered(result, vehicle);
+    const double other_mps = 20.0 * (7.0 + lateral_m) / -lateral_m;
+    EXPECT_LE(result.speed.lo95_mps, other_mps);
+    EXPECT_GE(result.speed.hi95_mps, other_mps);
+    EXPECT_EQ(result.lane, "");
+  }
+}
+
+Trajectory known_speed(double weight, double speed_mps, double log_std) {
+  Trajectory one;
+  one.weight = weight;
+  one.fit.parameters[kLogScale] = std::log(50.0);
+  one.fit.parameters[kClosingRate] = speed_mps / 50.0;
+  one.fit.covariance(kLogScale, kLogScale) = log_std * log_std;
+  return one;
+}
+
+TEST(Mixture, OfOneIsThatOne) {
+  const std::vector<Trajectory> one{known_speed(1.0, 20.0, 0.03)};
+  const SpeedEstimate speed = mixed_speed(one, 0.0);
+  EXPECT_DOUBLE_EQ(speed.speed_mps, 20.0);
+  EXPECT_NEAR(speed.hi95_mps, 20.0 * std::exp(0.03 * kTwoSided95), 1e-9);
+}
+
+TEST(Mixture, HasTheMomentsAndQuantilesOfItsParts) {
+  // Far apart and equally likely: each tail of 2.5 % is one of 5 % of its own part.
+  constexpr double kOneSided95 = 1.6448536269514722;
+  const std::vector<Trajectory> two{known_speed(0.5, 30.0, 0.01), known_speed(0.5, 20.0, 0.01)};
+  const SpeedEstimate speed = mixed_speed(two, 0.0);
+  EXPECT_NEAR(speed.speed_mps, 25.0, 1e-9);
+  EXPECT_NEAR(speed.std_mps, std::sqrt(25.0 + 0.5 * (0.3 * 0.3 + 0.2 * 0.2)), 1e-9);
+  EXPECT_NEAR(speed.lo95_mps, 20.0 * std::exp(-0.01 * kOneSided95), 1e-6);
+  EXPECT_NEAR(speed.hi95_mps, 30.0 * std::exp(0.01 * kOneSided95), 1e-6);
+}
+
+}  // namespace
+}  // namespace vildar
