@@ -4,8 +4,8 @@
 
 namespace vildar {
 
-/// Fills height_m and separation_m with mean and standard deviation of the classes taken together, by
-/// their shares: what a reader that knows no classes may go by. Needs at least one class.
+/// Fills height_m and separation_m with mean and standard deviation of the classes taken together,
+/// by their shares: what a reader that knows no classes may go by. Needs at least one class.
 void pool_classes(LampsSite& lamps);
 
 }  // namespace vildar

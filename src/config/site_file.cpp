@@ -191,6 +191,10 @@ EgoSite read_ego(const YamlMap& map) {
   const auto trace = map.find("trace");
   if (trace && map.has("speed_mps"))
     map.problem("trace", "stands beside speed_mps", "keep one of the two");
+  if (trace)
+    map.read("speed_std_mps", ego.speed_mps.std, kNotNegative);
+  else
+    map.refuse("speed_std_mps", "belongs to a trace", "write speed_mps: {mean: ..., std: ...}");
   if (!trace && !map.has("speed_mps"))
     map.problem("", "has neither speed_mps nor trace", "give one of the two");
   if (trace && trace->get(ego.trace_path)) {

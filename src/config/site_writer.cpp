@@ -207,10 +207,12 @@ std::string effective_site_yaml(const Site& site) {
   if (site.ego) {
     out += "ego:\n";
     Lines lines(out, "  ", "  ");
-    if (site.ego->trace_path.empty())
+    if (site.ego->trace_path.empty()) {
       lines.put("speed_mps", number(site.ego->speed_mps));
-    else
+    } else {
       lines.put("trace", text_of(fs::absolute(site.ego->trace_path).string()));
+      lines.put("speed_std_mps", number(site.ego->speed_mps.std));
+    }
   }
   return out;
 }

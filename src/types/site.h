@@ -29,7 +29,8 @@ struct CameraSite {
   std::array<double, 2> focal_px{0.0, 0.0};
   std::array<double, 2> principal_px{0.0, 0.0};
   DistortionModel distortion = DistortionModel::none;
-  std::array<double, 5> distortion_coefficients{};  ///< brown: k1 k2 p1 p2 k3; fisheye: the first four
+  std::array<double, 5>
+      distortion_coefficients{};  ///< brown: k1 k2 p1 p2 k3; fisheye: the first four
   std::array<Uncertain, 3> position_m{};
   Uncertain yaw_rad, pitch_rad, roll_rad;
   std::optional<double> exposure_s;
@@ -124,7 +125,7 @@ struct EgoSample {
 
 /// Dashcam only. Either a constant speed or a trace.
 struct EgoSite {
-  Uncertain speed_mps;
+  Uncertain speed_mps;               ///< with a trace the std alone counts: of its speeds together
   std::filesystem::path trace_path;  ///< empty: constant speed
   std::vector<EgoSample> trace;      ///< filled by the loader, time increasing
 

@@ -141,7 +141,8 @@ TEST(SiteFile, LampsMayBeOfSeveralClasses) {
       "  classes:\n"
       "    - {id: car, share: 3, height_m: {mean: 0.6, std: 0.1}, separation_m: 1.2}\n"
       "    - {id: motorcycle, height_m: {mean: 0.8, std: 0.1}}\n";
-  const Site site = load_site(folder.write("site.yaml", with(kContractSite, kOnePopulation, classes)));
+  const Site site =
+      load_site(folder.write("site.yaml", with(kContractSite, kOnePopulation, classes)));
   ASSERT_EQ(site.lamps.classes.size(), 2u);
   EXPECT_EQ(site.lamps.classes[0],
             (LampClass{"car", 3.0, Uncertain{0.6, 0.1}, Uncertain{1.2, 0.0}}));
@@ -151,6 +152,18 @@ TEST(SiteFile, LampsMayBeOfSeveralClasses) {
   EXPECT_NEAR(site.lamps.height_m->std, std::sqrt(0.01 + 0.0075), 1e-12);
   EXPECT_DOUBLE_EQ(site.lamps.separation_m->mean, 1.2);
   EXPECT_EQ(load_site(folder.write("again.yaml", effective_site_yaml(site))).lamps, site.lamps);
+}
+
+TEST(SiteFile, ATraceOfTheOwnSpeedHasASigma) {
+  const TemporaryFolder folder;
+  folder.write("ego.csv", "t_s,speed_mps\n0,10\n1,11\n");
+  const std::string traced = with(kContractSite, "speed_mps: 0.0  ", "trace: ego.csv  ");
+  const Site site = load_site(folder.write("site.yaml", traced + "  speed_std_mps: 0.3\n"));
+  EXPECT_EQ(site.ego->speed_mps.std, 0.3);
+  EXPECT_EQ(load_site(folder.write("again.yaml", effective_site_yaml(site))).ego, site.ego);
+  EXPECT_THROW(
+      load_site(folder.write("site.yaml", std::string(kContractSite) + "  speed_std_mps: 0.3\n")),
+      ConfigError);
 }
 
 TEST(SiteFile, ClassesStandAlone) {
