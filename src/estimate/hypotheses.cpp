@@ -6,6 +6,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "core/quantity.h"
 #include "estimate/lane_choice.h"
 
 namespace vildar {
@@ -18,8 +19,8 @@ double log_normal_peak(const Uncertain& prior) {
   return -std::log(prior.std * std::sqrt(2.0 * kPi));
 }
 
-// ln of the integral of likelihood times priors, up to what all hypotheses have in common. The priors
-// are densities of lengths, the unknowns ratios of these to X: each brings a factor X.
+// ln of the integral of likelihood times priors, up to what all hypotheses have in common. The
+// priors are densities of lengths, the unknowns ratios of these to X: each brings a factor X.
 double log_evidence(const Trajectory& trajectory) {
   const GeometryProblem& problem = trajectory.problem;
   const MetricPriors& priors = problem.priors;
@@ -40,8 +41,7 @@ double log_evidence(const Trajectory& trajectory) {
   const Eigen::MatrixXd correlation =
       sigmas.cwiseInverse().asDiagonal() * covariance * sigmas.cwiseInverse().asDiagonal();
   const double log_volume =
-      sigmas.array().log().sum() +
-      correlation.llt().matrixLLT().diagonal().array().log().sum();
+      sigmas.array().log().sum() + correlation.llt().matrixLLT().diagonal().array().log().sum();
   return log_density + lengths * trajectory.fit.parameters[kLogScale] + log_volume -
          trajectory.fit.cost;
 }

@@ -16,9 +16,9 @@ Outcome<std::vector<Trajectory>> fit_hypotheses(const Trajectory& seen,
                                                 const std::vector<LampReading>& readings,
                                                 const Site& site, Direction direction);
 
-/// Gives each trajectory its posterior probability, by Laplace's approximation of its evidence and its
-/// log_prior; the likeliest comes first, and those of no consequence are dropped. All share their
-/// observations and the kinds of their priors.
+/// Gives each trajectory its posterior probability, by Laplace's approximation of its evidence and
+/// its log_prior; the likeliest comes first, and those of no consequence are dropped. All share
+/// their observations and the kinds of their priors.
 void weigh(std::vector<Trajectory>& trajectories);
 
 }  // namespace vildar

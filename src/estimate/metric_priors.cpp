@@ -32,9 +32,7 @@ std::optional<Uncertain> tail_prior_m(const std::optional<Uncertain>& head_m,
 
 std::vector<LampReading> lamp_readings(const LampsSite& lamps, LampKind kind, bool pairs) {
   if (kind == LampKind::taillamp)
-    return {{"",
-             1.0,
-             tail_prior_m(lamps.height_m, lamps.tail_height_m),
+    return {{"", 1.0, tail_prior_m(lamps.height_m, lamps.tail_height_m),
              tail_prior_m(lamps.separation_m, lamps.tail_separation_m)}};
   std::vector<LampReading> readings;
   for (const LampClass& one : lamps.classes) {
@@ -68,8 +66,7 @@ Uncertain lateral_from_camera_m(const LaneSite& lane, const Site& site, const La
   constexpr double kHalfPair_m = 0.62;
   double aside_m = 0.0;
   if (!pairs) aside_m = lamps.separation_m ? 0.5 * lamps.separation_m->mean : kHalfPair_m;
-  return {prior_m.mean - camera_m.mean,
-          std::hypot(std::hypot(prior_m.std, camera_m.std), aside_m)};
+  return {prior_m.mean - camera_m.mean, std::hypot(std::hypot(prior_m.std, camera_m.std), aside_m)};
 }
 
 }  // namespace vildar

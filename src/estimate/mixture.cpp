@@ -28,9 +28,9 @@ struct Part {
 double share_below(const std::vector<Part>& parts, bool log_normal, double speed_mps) {
   double share = 0.0;
   for (const Part& part : parts)
-    share += part.weight * normal_cdf(log_normal
-                                          ? std::log(speed_mps / part.speed_mps) / part.log_std
-                                          : (speed_mps - part.speed_mps) / part.std_mps);
+    share +=
+        part.weight * normal_cdf(log_normal ? std::log(speed_mps / part.speed_mps) / part.log_std
+                                            : (speed_mps - part.speed_mps) / part.std_mps);
   return share;
 }
 

@@ -3,6 +3,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "estimate/contradictions.h"
 #include "estimate/delay_light.h"
 #include "estimate/lane_choice.h"
 #include "estimate/ml_speed.h"
@@ -118,6 +119,13 @@ void stand_by_surest(const std::vector<Found>& methods, VehicleResult& result) {
     if (speed && (!surest || speed->std_mps < std::get<SpeedEstimate>(surest->row.speed).std_mps))
       surest = &found;
   }
+  // Where they contradict each other, the delay stands: no lamp and no channel enters it.
+  for (const Found& found : methods) {
+    const auto* speed = std::get_if<SpeedEstimate>(&found.row.speed);
+    if (speed && found.row.method == Method::delay_photodiodes && useful(*speed) &&
+        apart(*speed, std::get<SpeedEstimate>(surest->row.speed)))
+      surest = &found;
+  }
   if (!surest) {
     result.method = methods.front().row.method;
     result.withheld = std::get<Miss>(methods.front().row.speed);
@@ -138,13 +146,11 @@ void stand_by_surest(const std::vector<Found>& methods, VehicleResult& result) {
 
 // A method that the others contradict by more than their intervals is named.
 void warn_of_contradictions(VehicleResult& result) {
-  constexpr double kFarApart = 3.5;  // sigmas
   if (result.withheld) return;
   for (const MethodResult& row : result.methods) {
     const auto* speed = std::get_if<SpeedEstimate>(&row.speed);
     if (!speed || row.method == result.method) continue;
-    const double sigma_mps = std::hypot(speed->std_mps, result.speed.std_mps);
-    if (std::abs(speed->speed_mps - result.speed.speed_mps) > kFarApart * sigma_mps)
+    if (apart(*speed, result.speed))
       result.warnings.push_back(std::string(name_of(row.method)) + " disagrees with " +
                                 std::string(name_of(result.method)) +
                                 " beyond their intervals; check the channel and the lanes");

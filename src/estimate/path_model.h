@@ -36,7 +36,7 @@ struct PathSetting {
   Eigen::Matrix3d camera_from_road = Eigen::Matrix3d::Identity();  ///< mean pose
   double yaw_rad = 0.0, pitch_rad = 0.0, roll_rad = 0.0;           ///< of the same
   bool turns = false;  ///< the pose has a std, so that p[kYaw..kRoll] may differ from zero
-  double bend = 0.0;  ///< as in path_point
+  double bend = 0.0;   ///< as in path_point
   double straight_m = 0.0;
 };
 PathSetting path_setting(const CameraSite& camera, const RoadSite& road);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/quantity.h"
+
 namespace vildar {
 namespace {
 
@@ -31,33 +33,69 @@ double correlation(double product_sum, double square_sum, int pairs) {
   return value > chance ? std::min(value, kHighest) : 0.0;
 }
 
-// Variance factor for fitting a slow function to these residuals as if they were independent.
-double correlation_factor(const GeometryProblem& problem, const Eigen::VectorXd& residual) {
-  std::vector<double> frame_mean;
-  double lamp_product = 0.0, lamp_square = 0.0;
-  int lamp_pairs = 0;
+// Mean of each frame's lamps.
+Eigen::VectorXd frame_means(const GeometryProblem& problem, const Eigen::VectorXd& residual) {
+  std::vector<double> means;
   for (std::size_t i = 0; i < problem.lamps.size(); ++i) {
     const double r = residual[static_cast<Eigen::Index>(i)];
     const bool paired =
         i + 1 < problem.lamps.size() && problem.lamps[i + 1].sighting == problem.lamps[i].sighting;
-    if (!paired) {
-      frame_mean.push_back(r);
-      continue;
-    }
+    means.push_back(paired ? 0.5 * (r + residual[static_cast<Eigen::Index>(++i)]) : r);
+  }
+  return Eigen::Map<Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size()));
+}
+
+// Share of variance that the two lamps of a frame have in common.
+double lamp_correlation(const GeometryProblem& problem, const Eigen::VectorXd& residual) {
+  double product = 0.0, square = 0.0;
+  int pairs = 0;
+  for (std::size_t i = 0; i + 1 < problem.lamps.size(); ++i) {
+    if (problem.lamps[i + 1].sighting != problem.lamps[i].sighting) continue;
+    const double r = residual[static_cast<Eigen::Index>(i)];
     const double other = residual[static_cast<Eigen::Index>(++i)];
-    frame_mean.push_back(0.5 * (r + other));
-    lamp_product += r * other;
-    lamp_square += 0.5 * (r * r + other * other);
-    ++lamp_pairs;
+    product += r * other;
+    square += 0.5 * (r * r + other * other);
+    ++pairs;
   }
-  double lag_product = 0.0, lag_square = 0.0;
-  for (std::size_t i = 0; i + 1 < frame_mean.size(); ++i) {
-    lag_product += frame_mean[i] * frame_mean[i + 1];
-    lag_square += 0.5 * (frame_mean[i] * frame_mean[i] + frame_mean[i + 1] * frame_mean[i + 1]);
+  return correlation(product, square, pairs);
+}
+
+// Variance factor for fitting a slow function to these residuals as if they were independent.
+double correlation_factor(double lamps, const Eigen::VectorXd& frames) {
+  double product = 0.0, square = 0.0;
+  for (Eigen::Index i = 0; i + 1 < frames.size(); ++i) {
+    product += frames[i] * frames[i + 1];
+    square += 0.5 * (frames[i] * frames[i] + frames[i + 1] * frames[i + 1]);
   }
-  const double lamps = correlation(lamp_product, lamp_square, lamp_pairs);
-  const double lag = correlation(lag_product, lag_square, static_cast<int>(frame_mean.size()) - 1);
+  const double lag = correlation(product, square, static_cast<int>(frames.size()) - 1);
   return (1.0 + lamps) * (1.0 + lag) / (1.0 - lag);
+}
+
+// Mean power of the cosines of order `first` to `last` in a series.
+double cosine_power(const Eigen::VectorXd& series, int first, int last, double degrees) {
+  const auto n = static_cast<double>(series.size());
+  double power = 0.0;
+  for (int k = first; k <= last; ++k) {
+    double sum = 0.0;
+    for (Eigen::Index i = 0; i < series.size(); ++i)
+      sum += series[i] * std::cos(kPi * k * (static_cast<double>(i) + 0.5) / n);
+    power += 2.0 / n * sum * sum;
+  }
+  return power / degrees;
+}
+
+// Slow structure of one image axis: its variance, of which a fit's own unknowns have taken some,
+// and that over the variance of what is quicker.
+struct Slow {
+  double variance = 0.0, misfit = 0.0;
+};
+Slow slow_structure(const Eigen::VectorXd& frames, double nominal_variance) {
+  constexpr int kMostWaves = 8, kFewestWaves = 4;
+  const int waves = std::min(kMostWaves, static_cast<int>(frames.size()) / 4);
+  if (waves < kFewestWaves) return {};
+  const double variance = cosine_power(frames, 1, waves, waves - kUnknownsPerAxis + 1.0);
+  const double quicker = cosine_power(frames, waves + 1, 3 * waves, 2.0 * waves);
+  return {variance, variance / std::max(nominal_variance, quicker)};
 }
 
 }  // namespace
@@ -73,10 +111,20 @@ ResidualCheck check_residuals(const GeometryProblem& problem, const PathVector& 
     robust[axis] = std::max(kSigmaPerMad * median_abs(residuals.row(axis).transpose()), 1e-12);
     const Eigen::VectorXd tamed =
         residuals.row(axis).transpose().cwiseMin(3.0 * robust[axis]).cwiseMax(-3.0 * robust[axis]);
-    const double correlated = correlation_factor(problem, tamed);
+    const double lamps = lamp_correlation(problem, tamed);
+    const Eigen::VectorXd frames = frame_means(problem, tamed);
+    const double correlated = correlation_factor(lamps, frames);
     const double freedom = std::max(0.25 * n, n - kUnknownsPerAxis * correlated);
     const double scatter = robust[axis] * std::sqrt(n / freedom);
     check.sigma_factor[axis] = std::max(1.0, scatter) * std::sqrt(correlated);
+    // As much again where slow structure stands out that neither scatter nor correlation explains.
+    constexpr double kStandsOut = 3.8;  // one axis in a thousand by chance
+    const double nominal = static_cast<double>(frames.size()) / n;
+    const Slow slow = slow_structure(frames, nominal);
+    if (slow.misfit > kStandsOut)
+      check.sigma_factor[axis] =
+          std::max(check.sigma_factor[axis], std::sqrt(slow.variance / nominal));
+    check.misfit = std::max(check.misfit, slow.misfit);
     Eigen::VectorXd error(residuals.cols());
     for (Eigen::Index i = 0; i < residuals.cols(); ++i)
       error[i] = residuals(axis, i) * problem.lamps[static_cast<std::size_t>(i)].sigma[axis];

@@ -13,6 +13,9 @@ struct ResidualCheck {
   Eigen::Vector2d sigma_factor = Eigen::Vector2d::Ones();
   Eigen::Vector2d scatter_px = Eigen::Vector2d::Zero();  ///< robust, per axis
   double outlier_share = 0.0;                            ///< observations beyond four robust sigmas
+  /// Slow structure over what quicker noise explains, as variances: about 1 where the vehicle moves
+  /// as the model says, 0 where the frames are too few to tell.
+  double misfit = 0.0;
 };
 
 /// `focal_px` turns normalised errors into pixels. Needs at least one observation.

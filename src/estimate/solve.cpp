@@ -18,7 +18,7 @@ void hold_fixed_all_but(const std::vector<int>& free, int size, double* block,
 bool minimise(ceres::Problem& problem, int* iterations, double tolerance) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
-  options.max_num_iterations = 60;
+  options.max_num_iterations = 200;
   options.function_tolerance = tolerance;
   options.parameter_tolerance = 1e-10;
   options.gradient_tolerance = 1e-12;

@@ -27,10 +27,11 @@ struct Trajectory {
   GeometryProblem problem;
   GeometryFit fit;
   EgoMotion ego;
-  std::string lane;   ///< whose offset took part as a prior; empty: none
-  std::string lamps;  ///< class of the site's lamps; empty where it names none
-  double log_prior = 0.0;  ///< ln of how likely this is before anything is seen
-  double weight = 1.0;     ///< probability among the trajectories found together
+  std::string lane;                 ///< whose offset took part as a prior; empty: none
+  std::string lamps;                ///< class of the site's lamps; empty where it names none
+  double log_prior = 0.0;           ///< ln of how likely this is before anything is seen
+  double weight = 1.0;              ///< probability among the trajectories found together
+  double from_s = 0.0, to_s = 0.0;  ///< part of the track that it was fitted to
   int frames = 0;
 
   MotionState at(double time_s) const;

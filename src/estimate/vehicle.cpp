@@ -7,6 +7,7 @@
 #include "core/quantity.h"
 #include "core/text.h"
 #include "estimate/camera_view.h"
+#include "estimate/contradictions.h"
 #include "estimate/delay_joint.h"
 #include "estimate/delay_light.h"
 #include "estimate/hypotheses.h"
@@ -46,6 +47,8 @@ Camera fitted_camera(CameraSite camera, const Trajectory& trajectory) {
 
 void add_states(std::span<const Trajectory> trajectories, std::vector<TrackRow>& rows) {
   for (TrackRow& row : rows) {
+    if (row.time_s < trajectories.front().from_s || row.time_s > trajectories.front().to_s)
+      continue;
     const MotionState state = mixed_state(trajectories, row.time_s);
     row.range_m = state.range_m;
     row.range_std_m = state.range_std_m;
@@ -62,9 +65,9 @@ void warn_of_doubt(std::span<const Trajectory> trajectories, double time_s, Vehi
   for (const Trajectory& one : trajectories) {
     const std::string lane = one.lane.empty() ? "no lane" : "lane " + one.lane;
     const std::string lamps = one.lamps.empty() ? "" : one.lamps + ", ";
-    doubt += (doubt.empty() ? "" : "; ") + lamps + lane + ": " +
-             fixed_text(100.0 * one.weight, 0) + " %, " +
-             fixed_text(kmh_from_mps(std::abs(one.at(time_s).over_ground_mps)), 1) + " km/h";
+    doubt += (doubt.empty() ? "" : "; ") + lamps + lane + ": " + fixed_text(100.0 * one.weight, 0) +
+             " %, " + fixed_text(kmh_from_mps(std::abs(one.at(time_s).over_ground_mps)), 1) +
+             " km/h";
   }
   result.warnings.push_back("what the vehicle is cannot be told for sure (" + doubt +
                             "); its interval covers all of them");
@@ -92,9 +95,9 @@ void report(const VehicleTrack& track, std::span<const Trajectory> trajectories,
   result.chi2_per_dof["camera"] = bearing_chi2_per_dof(trajectories.front());
 }
 
-SpeedEstimate speed_of(std::span<const Trajectory> trajectories, const VehicleResult& result) {
-  return mixed_speed(trajectories,
-                     best_time_s(trajectories.front(), result.t_first_s, result.t_last_s));
+SpeedEstimate speed_of(std::span<const Trajectory> trajectories) {
+  const Trajectory& likeliest = trajectories.front();
+  return mixed_speed(trajectories, best_time_s(likeliest, likeliest.from_s, likeliest.to_s));
 }
 
 struct Joined {
@@ -106,15 +109,14 @@ struct Joined {
 // Bearings with the delay of two photodiodes where there is one, else with the power of all. The
 // delay tells the things that the vehicle may be apart; power does not.
 Outcome<Joined> join(std::span<const Trajectory> camera_only, const Site& site,
-                     std::span<const VehiclePower> power, const DelayFit* delay,
-                     const VehicleResult& result) {
+                     std::span<const VehiclePower> power, const DelayFit* delay) {
   const auto photodiode = static_cast<std::size_t>(power.front().trace->photodiode);
   const double time_std_s = site.photodiodes.at(photodiode).time_offset_s.std;
   Joined joined;
   std::optional<Miss> miss;
   for (const Trajectory& one : camera_only) {
     auto outcome = delay ? fit_with_delay(one, *delay, time_std_s)
-                         : fit_joint(one, site, power, result.t_first_s, result.t_last_s);
+                         : fit_joint(one, site, power, one.from_s, one.to_s);
     if (const Miss* why = std::get_if<Miss>(&outcome)) {
       if (!miss) miss = *why;
       if (!delay && joined.trajectories.empty()) break;
@@ -138,15 +140,14 @@ Outcome<Joined> join(std::span<const Trajectory> camera_only, const Site& site,
 void fuse(const VehicleTrack& track, const Site& site, std::span<const VehiclePower> power,
           const DelayFit* delay, std::vector<Trajectory>& trajectories, VehicleResult& result) {
   MethodResult method{Method::fused, Miss::unobservable, result.n_frames, ""};
-  auto outcome = join(trajectories, site, power, delay, result);
+  auto outcome = join(trajectories, site, power, delay);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) {
     method.speed = *miss;
     result.methods.push_back(method);
     if (delay && *miss == Miss::sensors_contradict) {
       result.warnings.push_back(
           "the delay between the photodiodes and the camera's bearings contradict each other; "
-          "check "
-          "the camera's pose, the lamps and the photodiodes' places");
+          "check the camera's pose, the lamps and the photodiodes' places");
       result.withheld = *miss;
     } else if (*miss == Miss::bad_fit || *miss == Miss::sensors_contradict) {
       result.warnings.push_back("photodiode power does not agree with the camera (" +
@@ -155,7 +156,7 @@ void fuse(const VehicleTrack& track, const Site& site, std::span<const VehiclePo
     return;
   }
   Joined& joined = std::get<Joined>(outcome);
-  const SpeedEstimate speed = speed_of(joined.trajectories, result);
+  const SpeedEstimate speed = speed_of(joined.trajectories);
   method.samples += joined.samples;
   VehicleResult fused = result;
   report(track, joined.trajectories, speed, fused);
@@ -246,7 +247,7 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
           "photodiodes along the road");
   } else {
     trajectories = std::get<std::vector<Trajectory>>(std::move(fitted));
-    report(track, trajectories, speed_of(trajectories, result), result);
+    report(track, trajectories, speed_of(trajectories), result);
   }
   MethodResult geometry{Method::geometry_camera, Miss::unobservable, result.n_frames, ""};
   if (result.withheld)
@@ -268,6 +269,8 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
         stand_in(*delay, result);
     }
   }
+  if (!trajectories.empty() && !result.withheld && result.used_camera)
+    check_sensors(trajectories, result);
   if (!trajectories.empty() && !result.withheld && result.used_camera) {
     estimate.rows = bearing_rows(track, fitted_camera(*site.camera, trajectories.front()), site);
     add_states(trajectories, estimate.rows);

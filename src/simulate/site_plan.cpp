@@ -33,6 +33,13 @@ Vehicle vehicle_of(const LaneSite& lane, const LampsSite& lamps, double speed_mp
   };
   Vehicle vehicle{&lane, speed_mps, mean(lamps.height_m, kLampHeight_m),
                   mean(lamps.separation_m, kSeparation_m)};
+  if (vehicle.oncoming() && !lamps.classes.empty()) {
+    const LampClass& commonest =
+        *std::max_element(lamps.classes.begin(), lamps.classes.end(),
+                          [](const LampClass& a, const LampClass& b) { return a.share < b.share; });
+    vehicle.height_m = commonest.height_m.mean;
+    vehicle.separation_m = mean(commonest.separation_m, 0.0);
+  }
   if (!vehicle.oncoming()) {
     vehicle.height_m = mean(lamps.tail_height_m, kTailHeight_m);
     vehicle.separation_m = mean(lamps.tail_separation_m, vehicle.separation_m);

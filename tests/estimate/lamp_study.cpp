@@ -23,12 +23,15 @@ Found study(const Site& site, const LampClass& kind, Random& random) {
   for (int i = 0; i < kTrials; ++i) {
     simulated::Vehicle vehicle;
     vehicle.speed_mps = random.uniform(8.0, 35.0);
-    vehicle.acceleration_mps2 = random.normal(0.0, 1.5);
+    const double seen_s = 50.0 / vehicle.speed_mps;
+    // None comes to rest in view.
+    do vehicle.acceleration_mps2 = random.normal(0.0, 1.5);
+    while (vehicle.speed_at_mps(seen_s) < 3.0);
     vehicle.lateral_m = random.normal(-4.0, 0.3);
     vehicle.height_m = random.normal(kind.height_m.mean, kind.height_m.std);
     if (kind.separation_m)
       vehicle.separation_m = random.normal(kind.separation_m->mean, kind.separation_m->std);
-    const simulated::View view{.to_s = 50.0 / vehicle.speed_mps, .single_lamp = !kind.separation_m};
+    const simulated::View view{.to_s = seen_s, .single_lamp = !kind.separation_m};
     const VehicleResult result =
         estimate_vehicle(simulated::track_of(vehicle, site, view, random), site, {}).result;
     if (result.withheld) continue;

@@ -19,11 +19,10 @@ TEST(PathModel, TurnsTheCameraAsItsPoseSays) {
     PathVector path = PathVector::Zero();
     for (const int axis : {kYaw, kPitch, kRoll}) path[axis] = random.uniform(-0.1, 0.1);
     const Eigen::Vector3d ray(20.0, random.uniform(-5.0, 5.0), random.uniform(-4.0, 0.0));
-    const Eigen::Vector3d expected =
-        camera_from_road_rotation(site.yaw_rad.mean + path[kYaw],
-                                  site.pitch_rad.mean + path[kPitch],
-                                  site.roll_rad.mean + path[kRoll]) *
-        ray;
+    const Eigen::Vector3d expected = camera_from_road_rotation(site.yaw_rad.mean + path[kYaw],
+                                                               site.pitch_rad.mean + path[kPitch],
+                                                               site.roll_rad.mean + path[kRoll]) *
+                                     ray;
     EXPECT_LT((camera_axes(path.data(), setting, ray) - expected).norm(), kExact * ray.norm());
   }
 }

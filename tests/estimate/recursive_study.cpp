@@ -39,8 +39,7 @@ TEST_F(RecursiveStudy, AsGoodAsTheBatchAtTwentyMetres) {
         std::vector<std::string> warnings;
         const auto batch = fit_trajectories(track, Camera(*site.camera), site, warnings);
         const auto speed = live.speed();
-        if (!std::holds_alternative<SpeedEstimate>(speed) ||
-            std::holds_alternative<Miss>(batch))
+        if (!std::holds_alternative<SpeedEstimate>(speed) || std::holds_alternative<Miss>(batch))
           continue;
         ++used;
         const auto& found = std::get<SpeedEstimate>(speed);

@@ -19,8 +19,8 @@ struct Vehicle {
   double lateral_m = -4.0;
   double height_m = 0.68;
   double separation_m = 1.25;
-  double change_s = 0.0;      ///< from here on the acceleration is another
-  double change_mps2 = 0.0;   ///< by this much
+  double change_s = 0.0;     ///< from here on the acceleration is another
+  double change_mps2 = 0.0;  ///< by this much
 
   double since_change_s(double t_s) const { return std::max(0.0, t_s - change_s); }
   double along_at_m(double t_s) const {

@@ -11,7 +11,7 @@ struct Runaway {
   template <class T>
   bool operator()(const T* x, T* residual) const {
     using std::exp;
-    residual[0] = 1e25 * exp(-x[0]);
+    residual[0] = 1e90 * exp(-x[0]);
     return true;
   }
 };

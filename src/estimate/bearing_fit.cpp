@@ -1,0 +1,122 @@
+#include "estimate/bearing_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "core/clock.h"
+#include "estimate/camera_view.h"
+#include "estimate/path_start.h"
+
+namespace vildar {
+namespace {
+
+constexpr int kFewestFrames = 5;
+constexpr double kShortest_s = 0.2;
+
+const LaneSite* only_lane(const RoadSite& road, Direction direction) {
+  const LaneSite* found = nullptr;
+  for (const LaneSite& lane : road.lanes) {
+    if (lane.direction != direction) continue;
+    if (found) return nullptr;
+    found = &lane;
+  }
+  return found;
+}
+
+const LampReading& likeliest(const std::vector<LampReading>& readings) {
+  return *std::max_element(
+      readings.begin(), readings.end(),
+      [](const LampReading& a, const LampReading& b) { return a.share < b.share; });
+}
+
+NominalSizes nominal_sizes(const GeometryProblem& problem) {
+  const MetricPriors& priors = problem.priors;
+  NominalSizes sizes;
+  sizes.drop_m = priors.drop_m ? priors.drop_m->mean : problem.setting.camera_m.z() - 0.7;
+  if (priors.separation_m) sizes.separation_m = priors.separation_m->mean;
+  if (priors.lateral_m) sizes.lateral_m = priors.lateral_m->mean;
+  if (priors.radius_m) sizes.radius_m = priors.radius_m->mean;
+  return sizes;
+}
+
+// Best of the fits from all starts, tried in the order of their costs; the first that explains the
+// data is taken without trying the others.
+Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView& view,
+                                     const RoadSite& road, const EgoMotion& ego) {
+  const NominalSizes sizes = nominal_sizes(problem);
+  const auto paths = rough_paths(view, problem.setting, sizes);
+  if (paths.empty()) return Miss::not_on_road;
+  problem.reference_s = reference_time_s(paths.front());
+  problem.ego.clear();
+  for (const LampObservation& lamp : problem.lamps)
+    problem.ego.push_back(ego.deviation(problem.reference_s, lamp.time_s));
+  std::vector<std::pair<double, PathVector>> starts;
+  for (const RoughPath& path : paths) {
+    const auto start = start_of(path, problem.setting, road, ego, problem.reference_s, sizes);
+    const auto cost = start ? geometry_cost(problem, *start) : std::nullopt;
+    if (cost) starts.emplace_back(*cost, *start);
+  }
+  if (starts.empty()) return Miss::not_on_road;
+  std::sort(starts.begin(), starts.end(),
+            [](const auto& a, const auto& b) { return a.first < b.first; });
+  const double explained = 4.0 * static_cast<double>(problem.lamps.size());
+  Outcome<GeometryFit> best = Miss::not_converged;
+  for (const auto& [cost, start] : starts) {
+    const auto outcome = fit_geometry(problem, start);
+    const GeometryFit* fit = std::get_if<GeometryFit>(&outcome);
+    const GeometryFit* known = std::get_if<GeometryFit>(&best);
+    if (!known || (fit && fit->cost < known->cost)) best = outcome;
+    if (fit && fit->cost < explained) break;
+  }
+  return best;
+}
+
+}  // namespace
+
+bool BearingFit::explains() const {
+  constexpr double kWorstScatter_px = 5.0;
+  constexpr double kMostOutliers = 0.3;
+  return check.scatter_px.maxCoeff() <= kWorstScatter_px && check.outlier_share <= kMostOutliers;
+}
+
+bool BearingFit::steady() const {
+  constexpr double kMostMisfit = 6.0;  // one track in five hundred by chance
+  return explains() && check.misfit <= kMostMisfit;
+}
+
+Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera,
+                                 const Site& site) {
+  const CameraView view = camera_view(track, camera, *site.camera);
+  if (view.frames < kFewestFrames) return Miss::too_few_samples;
+  if (view.lamps.back().time_s - view.lamps.front().time_s < kShortest_s) return Miss::too_short;
+
+  BearingFit found;
+  found.readings = lamp_readings(site.lamps, track.kind, view.pairs);
+  Trajectory& seen = found.trajectory;
+  seen.frames = view.frames;
+  seen.from_s = seconds_of(track.sightings.front().time);
+  seen.to_s = seconds_of(track.sightings.back().time);
+  if (site.ego) seen.ego = EgoMotion(*site.ego);
+  GeometryProblem& problem = seen.problem;
+  problem.setting = path_setting(*site.camera, site.road);
+  problem.lamps = view.lamps;
+  problem.pairs = view.pairs;
+  problem.priors = metric_priors(site, likeliest(found.readings));
+  found.scaled = problem.priors.drop_m || (view.pairs && problem.priors.separation_m) ||
+                 (problem.setting.bend != 0.0 && problem.priors.radius_m);
+  if (!found.scaled) {
+    const LaneSite* lane = only_lane(site.road, track.direction);
+    if (!lane) return Miss::no_scale;
+    problem.priors.lateral_m =
+        lateral_from_camera_m(*lane, site, found.readings.front(), view.pairs);
+    seen.lane = lane->id;
+  }
+  const auto outcome = fit_from_starts(problem, view, site.road, seen.ego);
+  if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
+  seen.fit = std::get<GeometryFit>(outcome);
+  found.check = check_residuals(problem, seen.fit.parameters, camera.focal_px());
+  return found;
+}
+
+}  // namespace vildar

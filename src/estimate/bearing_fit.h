@@ -1,0 +1,28 @@
+#pragma once
+
+#include <vector>
+
+#include "estimate/metric_priors.h"
+#include "estimate/residual_check.h"
+#include "estimate/trajectory.h"
+
+namespace vildar {
+
+/// A first fit of a track's bearings, with the site's commonest lamps and no lane (but the only
+/// one, where nothing else has a scale), and what its residuals say.
+struct BearingFit {
+  Trajectory trajectory;
+  ResidualCheck check;
+  std::vector<LampReading> readings;
+  bool scaled = false;  ///< something but a lane fixes the scale
+
+  /// Whether the model explains the bearings at all.
+  bool explains() const;
+  /// The same, and nothing slow is left that another motion would explain better.
+  bool steady() const;
+};
+
+/// Misses: too_few_samples, too_short, no_scale, unobservable, not_converged, not_on_road.
+Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera, const Site& site);
+
+}  // namespace vildar

@@ -1,0 +1,52 @@
+#include "estimate/contradictions.h"
+
+#include <cmath>
+
+#include "core/quantity.h"
+#include "core/text.h"
+#include "estimate/mixture.h"
+
+namespace vildar {
+namespace {
+
+bool of_photodiode(Method method) {
+  switch (method) {
+    case Method::power_slope_photodiode:
+    case Method::curved_angle_photodiode:
+    case Method::ml_photodiode:
+    case Method::delay_photodiodes: return true;
+    default: return false;
+  }
+}
+
+std::string kmh_text(const SpeedEstimate& speed) {
+  return fixed_text(kmh_from_mps(speed.lo95_mps), 1) + " to " +
+         fixed_text(kmh_from_mps(speed.hi95_mps), 1) + " km/h";
+}
+
+}  // namespace
+
+bool apart(const SpeedEstimate& one, const SpeedEstimate& other) {
+  constexpr double kFar = 3.5;  // sigmas
+  return std::abs(one.speed_mps - other.speed_mps) > kFar * std::hypot(one.std_mps, other.std_mps);
+}
+
+void check_sensors(std::span<const Trajectory> trajectories, VehicleResult& result) {
+  constexpr double kSurer =
+      2.0;  // of sigmas: the camera is trusted over a method so much less sure
+  const bool reconciled = result.method == Method::fused;
+  for (const MethodResult& row : result.methods) {
+    const auto* speed = std::get_if<SpeedEstimate>(&row.speed);
+    if (!speed || !of_photodiode(row.method)) continue;
+    const SpeedEstimate camera = mixed_speed(trajectories, speed->time_s);
+    if (!apart(*speed, camera)) continue;
+    result.warnings.push_back(std::string(name_of(row.method)) + " (" + kmh_text(*speed) +
+                              ") and " + std::string(name_of(result.method)) + " (" +
+                              kmh_text(camera) +
+                              ") disagree beyond their intervals; check the channel and the lamps");
+    if (!reconciled && speed->std_mps < kSurer * camera.std_mps)
+      result.withheld = Miss::sensors_contradict;
+  }
+}
+
+}  // namespace vildar

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <span>
+
+#include "estimate/trajectory.h"
+#include "types/result.h"
+
+namespace vildar {
+
+/// Compares the photodiode's own speeds with the camera's at their times. One beyond both intervals
+/// is a warning; and where light and bearings could not be fitted together either, and the
+/// photodiode's sigma is not much the larger, neither sensor can be trusted over the other and the
+/// speed is withheld as sensors_contradict. `result` holds a speed from `trajectories`.
+void check_sensors(std::span<const Trajectory> trajectories, VehicleResult& result);
+
+/// Whether two speeds of one time lie apart beyond their intervals.
+bool apart(const SpeedEstimate& one, const SpeedEstimate& other);
+
+}  // namespace vildar
