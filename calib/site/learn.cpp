@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "calib/site/stated_sigmas.h"
-#include "core/clock.h"
 #include "estimate/trajectory.h"
 
 namespace vildar {
@@ -18,6 +17,8 @@ constexpr int kSpreadRounds = 3;  // of joint solution and spreads in turn
 constexpr double kSettled_rad = 1e-5;
 
 constexpr const char* kStrange = "unlike_the_others";
+constexpr const char* kUnsure = "lane_or_lamps_unsure";
+constexpr double kSure = 0.9;  // probability of a lane and class of lamps that a pass may teach
 
 struct Fitted {
   std::vector<std::size_t> tracks;
@@ -41,24 +42,28 @@ Fitted fit_all(std::span<const VehicleTrack> tracks, const std::vector<bool>& st
       continue;
     }
     std::vector<std::string> warnings;
-    auto outcome = fit_trajectory(tracks[i], camera, site, warnings);
+    auto outcome = fit_trajectories(tracks[i], camera, site, warnings);
     if (const Miss* miss = std::get_if<Miss>(&outcome)) {
       ++fitted.left_out[std::string(name_of(*miss))];
       continue;
     }
+    Trajectory& likeliest = std::get<std::vector<Trajectory>>(outcome).front();
+    if (likeliest.weight < kSure) {
+      ++fitted.left_out[kUnsure];
+      continue;
+    }
     fitted.tracks.push_back(i);
-    fitted.trajectories.push_back(std::move(std::get<Trajectory>(outcome)));
+    fitted.trajectories.push_back(std::move(likeliest));
   }
   return fitted;
 }
 
-double median_speed_std(std::span<const VehicleTrack> tracks, const Fitted& fitted) {
+double median_speed_std(const Fitted& fitted) {
   std::vector<double> stds;
   for (std::size_t i = 0; i < fitted.trajectories.size(); ++i) {
-    const auto& sightings = tracks[fitted.tracks[i]].sightings;
     const Trajectory& trajectory = fitted.trajectories[i];
-    const MotionState state = trajectory.at(best_time_s(
-        trajectory, seconds_of(sightings.front().time), seconds_of(sightings.back().time)));
+    const MotionState state =
+        trajectory.at(best_time_s(trajectory, trajectory.from_s, trajectory.to_s));
     stds.push_back(state.speed_std_mps / std::abs(state.over_ground_mps));
   }
   const auto middle = stds.begin() + static_cast<std::ptrdiff_t>(stds.size() / 2);
@@ -202,8 +207,7 @@ Outcome<SiteLearning> learn_site(std::span<const VehicleTrack> passes, const Sit
   double speed_std_before = 0.0;
   for (int rounds = 0; rounds < kMostRounds; ++rounds) {
     Fitted fitted = fit_all(passes, strange, present);
-    if (rounds == 0 && !fitted.trajectories.empty())
-      speed_std_before = median_speed_std(passes, fitted);
+    if (rounds == 0 && !fitted.trajectories.empty()) speed_std_before = median_speed_std(fitted);
     std::optional<Round> round;
     while (true) {
       if (fitted.trajectories.size() < kFewestPasses) return Miss::too_few_samples;
@@ -222,7 +226,7 @@ Outcome<SiteLearning> learn_site(std::span<const VehicleTrack> passes, const Sit
   const Fitted fitted = fit_all(passes, strange, learning.site);
   if (fitted.trajectories.empty()) return Miss::too_few_samples;
   learning.speed_std_before = speed_std_before;
-  learning.speed_std_after = median_speed_std(passes, fitted);
+  learning.speed_std_after = median_speed_std(fitted);
   return learning;
 }
 

@@ -65,14 +65,16 @@ Pass PopulationList::pass_of(std::size_t track, LampKind kind, const Trajectory&
     pass.members.push_back({index_of(population), extra_std});
   };
   const std::string lamps = kind == LampKind::taillamp ? "lamps.tail_" : "lamps.";
-  if (priors.drop_m) {
+  // Classes of lamps are told, not learned.
+  const bool one_population = trajectory.lamps.empty();
+  if (priors.drop_m && one_population) {
     const double camera_std_m = camera.position_m[2].std;
     take(priors.drop_m,
          length(lamps + "height_m", Shared::drop,
                 {priors.drop_m->mean, without(priors.drop_m->std, camera_std_m)}, camera_std_m),
          0.0);
   }
-  if (pass.problem.pairs && priors.separation_m)
+  if (pass.problem.pairs && priors.separation_m && one_population)
     take(priors.separation_m,
          length(lamps + "separation_m", Shared::separation, *priors.separation_m, 0.0), 0.0);
   const auto lane = std::ranges::find(stated_.road.lanes, trajectory.lane, &LaneSite::id);

@@ -81,7 +81,7 @@ bool BearingFit::explains() const {
 }
 
 bool BearingFit::steady() const {
-  constexpr double kMostMisfit = 6.0;  // one track in five hundred by chance
+  constexpr double kMostMisfit = 3.5;  // one track in two hundred by chance
   return explains() && check.misfit <= kMostMisfit;
 }
 

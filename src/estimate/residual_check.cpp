@@ -118,7 +118,7 @@ ResidualCheck check_residuals(const GeometryProblem& problem, const PathVector& 
     const double scatter = robust[axis] * std::sqrt(n / freedom);
     check.sigma_factor[axis] = std::max(1.0, scatter) * std::sqrt(correlated);
     // As much again where slow structure stands out that neither scatter nor correlation explains.
-    constexpr double kStandsOut = 3.8;  // one axis in a thousand by chance
+    constexpr double kStandsOut = 2.0;  // one axis in sixteen by chance
     const double nominal = static_cast<double>(frames.size()) / n;
     const Slow slow = slow_structure(frames, nominal);
     if (slow.misfit > kStandsOut)
