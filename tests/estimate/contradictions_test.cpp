@@ -1,0 +1,60 @@
+#include "estimate/contradictions.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace vildar {
+namespace {
+
+// A camera that says 20 m/s to 3 %.
+std::vector<Trajectory> camera() {
+  Trajectory one;
+  one.fit.parameters[kLogScale] = std::log(50.0);
+  one.fit.parameters[kClosingRate] = 20.0 / 50.0;
+  one.fit.covariance(kLogScale, kLogScale) = 0.03 * 0.03;
+  return {one};
+}
+
+VehicleResult beside(Method reported, Method other, double speed_mps, double std_mps) {
+  VehicleResult result;
+  result.method = reported;
+  SpeedEstimate speed;
+  speed.speed_mps = speed_mps;
+  speed.std_mps = std_mps;
+  result.methods.push_back({other, speed, 100, "site"});
+  check_sensors(camera(), result);
+  return result;
+}
+
+TEST(Contradictions, WhatAgreesIsNotTold) {
+  const auto result = beside(Method::geometry_camera, Method::ml_photodiode, 19.0, 0.3);
+  EXPECT_TRUE(result.warnings.empty());
+  EXPECT_FALSE(result.withheld);
+}
+
+TEST(Contradictions, NeitherOfTwoSureSensorsIsTrusted) {
+  const auto result = beside(Method::geometry_camera, Method::ml_photodiode, 15.0, 0.3);
+  EXPECT_EQ(result.warnings.size(), 1U);
+  EXPECT_EQ(result.withheld, Miss::sensors_contradict);
+}
+
+TEST(Contradictions, TheCameraStandsAgainstAMuchLessSureLight) {
+  const auto result = beside(Method::geometry_camera, Method::ml_photodiode, 12.0, 1.5);
+  EXPECT_EQ(result.warnings.size(), 1U);
+  EXPECT_FALSE(result.withheld);
+}
+
+TEST(Contradictions, WhereLightAndBearingsFitTogetherTheLawIsWrongAndNotTheLight) {
+  const auto result = beside(Method::fused, Method::power_slope_photodiode, 15.0, 0.3);
+  EXPECT_EQ(result.warnings.size(), 1U);
+  EXPECT_FALSE(result.withheld);
+}
+
+TEST(Contradictions, TheCamerasOwnLightIsNoSecondSensor) {
+  const auto result = beside(Method::geometry_camera, Method::power_slope_camera, 15.0, 0.3);
+  EXPECT_TRUE(result.warnings.empty());
+}
+
+}  // namespace
+}  // namespace vildar

@@ -1,0 +1,74 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "core/clock.h"
+#include "estimate/vehicle.h"
+#include "simulated_pass.h"
+
+namespace vildar {
+namespace {
+
+constexpr simulated::View kView{.to_s = 2.4, .sigma_px = 0.1};
+
+// All lengths known, so that what is left is how the vehicle moves.
+Site surveyed() {
+  Site site = simulated::mast_site(5.0);
+  site.lamps.height_m = Uncertain{0.65, 0.005};
+  return site;
+}
+
+constexpr simulated::Vehicle kCruising{20.0, 0.0, 60.0, -4.0, 0.65, 1.2};
+
+void expect_right(const VehicleResult& result, const simulated::Vehicle& vehicle) {
+  ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
+  constexpr double kSigmas = 3.5;  // one in two thousand
+  const double truth_mps = vehicle.speed_at_mps(result.speed.time_s);
+  EXPECT_NEAR(result.speed.speed_mps, truth_mps, kSigmas * result.speed.std_mps);
+}
+
+TEST(TrajectoryFit, AMotionAsTheModelSaysIsMeasuredWhole) {
+  Random random(1);
+  const Site site = surveyed();
+  const VehicleEstimate estimate =
+      estimate_vehicle(simulated::track_of(kCruising, site, kView, random), site, {});
+  expect_right(estimate.result, kCruising);
+  EXPECT_TRUE(estimate.result.warnings.empty());
+  for (const TrackRow& row : estimate.rows) EXPECT_TRUE(row.range_m);
+}
+
+TEST(TrajectoryFit, ALampThatIsAnothersForAWhileIsLeftOut) {
+  Random random(1);
+  const Site site = surveyed();
+  VehicleTrack track = simulated::track_of(kCruising, site, kView, random);
+  // The right lamp is hidden behind the car ahead, whose own lamp is taken for it.
+  constexpr double kHidden_s = 1.0;
+  for (VehicleSighting& sighting : track.sightings) {
+    const double t_s = seconds_of(sighting.time);
+    if (t_s < kHidden_s) sighting.right->centre_px += Eigen::Vector2d(40.0 + 60.0 * t_s, 25.0);
+  }
+  const VehicleEstimate estimate = estimate_vehicle(track, site, {});
+  expect_right(estimate.result, kCruising);
+  ASSERT_EQ(estimate.result.warnings.size(), 1U);
+  EXPECT_FALSE(estimate.rows.front().range_m);
+  ASSERT_TRUE(estimate.rows.back().range_m);
+  EXPECT_NEAR(*estimate.rows.back().range_m, kCruising.along_at_m(estimate.rows.back().time_s),
+              0.2);
+}
+
+TEST(TrajectoryFit, ABrakingThatBeginsInViewIsNotAveraged) {
+  const Site site = surveyed();
+  for (const double change_s : {0.6, 1.2, 1.6}) {
+    simulated::Vehicle braking = kCruising;
+    braking.change_s = change_s;
+    braking.change_mps2 = -5.0;
+    Random random(1);
+    const VehicleResult result =
+        estimate_vehicle(simulated::track_of(braking, site, kView, random), site, {}).result;
+    expect_right(result, braking);
+    EXPECT_EQ(result.warnings.size(), 1U) << change_s;
+  }
+}
+
+}  // namespace
+}  // namespace vildar
