@@ -2,16 +2,9 @@
 
 #include <vector>
 
-namespace vildar {
+#include "types/psf.h"
 
-/// How lens and cover spread the light of a point: a gaussian core and a power-law wing,
-/// (1 - share) gaussian(sigma) + share (q/2 - 1) / (pi a^2) (1 + r^2 / a^2)^(-q/2). Unit flux.
-struct PsfShape {
-  double core_sigma_px = 0.9;  ///< >= 0.5
-  double wing_share = 0.03;    ///< [0, 1)
-  double wing_scale_px = 2.0;  ///< a > 0
-  double wing_exponent = 2.5;  ///< q > 2
-};
+namespace vildar {
 
 /// The image of a uniform disc through a PSF, as a function of the distance from its centre. It
 /// comes in two parts whose sum is exact: `near`, which is zero from `near_radius_px` on, and the

@@ -1,0 +1,303 @@
+#include "optics/disc_image.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "core/quantity.h"
+
+namespace vildar {
+namespace {
+
+constexpr double kReach = 7.0;  // sigmas; beyond lies 2e-11 of a gaussian
+constexpr double kNodesPerSigma = 6.0;
+constexpr double kRowsPerSigma = 4.0;
+constexpr double kPixelReach_px = 1.5;  // how far a pixel's corner carries light
+constexpr double kWingRowStep = 0.15;   // of asinh(disc radius / a)
+
+/// Four-point Lagrange interpolation between the second and the third of four equal steps.
+struct Cubic {
+  double value[4], slope[4];
+  explicit Cubic(double t)
+      : value{-t * (t - 1.0) * (t - 2.0) / 6.0, (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0,
+              -(t + 1.0) * t * (t - 2.0) / 2.0, (t + 1.0) * t * (t - 1.0) / 6.0},
+        slope{(-3.0 * t * t + 6.0 * t - 2.0) / 6.0, (3.0 * t * t - 4.0 * t - 1.0) / 2.0,
+              (-3.0 * t * t + 2.0 * t + 2.0) / 2.0, (3.0 * t * t - 1.0) / 6.0} {}
+};
+
+/// exp(-x) I0(x), Abramowitz and Stegun 9.8.1 and 9.8.2.
+double scaled_bessel_i0(double x) {
+  if (x < 3.75) {
+    const double t = x * x / (3.75 * 3.75);
+    return std::exp(-x) *
+           (1.0 + t * (3.5156229 +
+                       t * (3.0899424 +
+                            t * (1.2067492 + t * (0.2659732 + t * (0.0360768 + t * 0.0045813))))));
+  }
+  const double t = 3.75 / x;
+  return (0.39894228 +
+          t * (0.01328592 +
+               t * (0.00225319 +
+                    t * (-0.00157565 +
+                         t * (0.00916281 +
+                              t * (-0.02057706 +
+                                   t * (0.02635537 + t * (-0.01647633 + t * 0.00392377)))))))) /
+         std::sqrt(x);
+}
+
+/// Mean of a radial function over the pixel at `radius_px`, averaged over the pixel's angle, and
+/// the amplitude of its cosine of four times that angle.
+struct PixelMean {
+  double round = 0.0, square = 0.0;
+  template <class Function>
+  PixelMean(double radius_px, const Function& light) {
+    constexpr int kAngles = 3;
+    constexpr double kNode = 0.3872983346207417;  // Gauss and Legendre: sqrt(3/5) / 2
+    constexpr double kPlaces[3] = {-kNode, 0.0, kNode};
+    constexpr double kWeights[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+    for (int k = 0; k < kAngles; ++k) {
+      const double angle_rad = (k + 0.5) * kPi / 4.0 / kAngles;
+      const double u = radius_px * std::cos(angle_rad), v = radius_px * std::sin(angle_rad);
+      double mean = 0.0;
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+          mean += kWeights[i] * kWeights[j] * light(std::hypot(u + kPlaces[i], v + kPlaces[j]));
+      round += mean / kAngles;
+      square += 2.0 * mean * std::cos(4.0 * angle_rad) / kAngles;
+    }
+  }
+};
+
+}  // namespace
+
+struct DiscImage::Tables {
+  // The mean over a pixel, as the pixel goes round the disc, is to great accuracy a constant and a
+  // cosine of four times the angle.
+  struct CoreNode {
+    double round = 0.0, square = 0.0;
+  };
+
+  explicit Tables(const PsfShape& psf)
+      : shape(psf),
+        step_px(psf.core_sigma_px / kNodesPerSigma),
+        disc_step_px(psf.core_sigma_px / kRowsPerSigma) {}
+
+  void add_core_row();
+  void add_wing_row();
+  double wing_of_disc(double radius_px, double disc_px) const;
+
+  PsfShape shape;
+  double step_px, disc_step_px;
+  std::vector<double> within;  // of a gaussian at each distance, light inside the last row's disc
+  std::vector<std::vector<CoreNode>> core_rows;
+  std::vector<std::array<double, kWingNodes>> wing_rows;
+};
+
+DiscImage::DiscImage(const PsfShape& shape)
+    : shape_(shape), step_px_(shape.core_sigma_px / kNodesPerSigma) {
+  if (!(shape.core_sigma_px >= 0.5) || !(shape.wing_share >= 0.0 && shape.wing_share < 1.0) ||
+      !(shape.wing_scale_px > 0.0) || !(shape.wing_exponent > 2.0))
+    throw std::invalid_argument(
+        "DiscImage: core sigma must be >= 0.5 px, wing share in [0, 1), scale > 0, exponent > 2");
+  tables_ = std::make_shared<Tables>(shape);
+}
+
+// Light of a gaussian, at distance r from it, inside a disc: the rings t of the disc add
+// t / s^2 exp(-(r^2 + t^2) / 2 s^2) I0(r t / s^2) (Rice 1945).
+void DiscImage::Tables::add_core_row() {
+  const double sigma_px = shape.core_sigma_px, s2 = sigma_px * sigma_px;
+  const auto index = static_cast<double>(core_rows.size());
+  const double disc_px = index * disc_step_px;
+  const auto at_px = [&](std::size_t i) { return static_cast<double>(i) * step_px; };
+  within.resize(static_cast<std::size_t>(
+                    std::ceil((disc_px + kReach * sigma_px + 2.0 * kPixelReach_px) / step_px)) +
+                4);
+  if (index > 0.0) {
+    constexpr double kGauss = 0.3872983346207417;
+    for (std::size_t i = 0; i < within.size(); ++i) {
+      if (std::abs(at_px(i) - disc_px) > (kReach + 1.0) * sigma_px) continue;
+      for (const double place : {-kGauss, 0.0, kGauss}) {
+        const double t_px = disc_px + (place - 0.5) * disc_step_px, apart_px = at_px(i) - t_px;
+        within[i] += disc_step_px * (place == 0.0 ? 8.0 : 5.0) / 18.0 * t_px / s2 *
+                     std::exp(-0.5 * apart_px * apart_px / s2) *
+                     scaled_bessel_i0(at_px(i) * t_px / s2);
+      }
+    }
+  }
+  const auto density = [&](double radius_px) {
+    if (index == 0.0) return std::exp(-0.5 * radius_px * radius_px / s2) / (2.0 * kPi * s2);
+    const auto below = std::min(static_cast<std::size_t>(radius_px / step_px), within.size() - 3);
+    const Cubic cubic(radius_px / step_px - static_cast<double>(below));
+    const double before = within[below > 0 ? below - 1 : 1];
+    return (cubic.value[0] * before + cubic.value[1] * within[below] +
+            cubic.value[2] * within[below + 1] + cubic.value[3] * within[below + 2]) /
+           (kPi * disc_px * disc_px);
+  };
+  std::vector<CoreNode> row(
+      static_cast<std::size_t>((disc_px + kReach * sigma_px + kPixelReach_px) / step_px) + 4);
+  const double flat = index > 0.0 ? 1.0 / (kPi * disc_px * disc_px) : 0.0;
+  for (std::size_t i = 1; i < row.size(); ++i) {
+    const double radius_px = at_px(i - 1);
+    if (radius_px < disc_px - kReach * sigma_px - kPixelReach_px) {
+      row[i] = {flat, 0.0};
+      continue;
+    }
+    const PixelMean mean(radius_px, density);
+    row[i] = {mean.round, mean.square};
+  }
+  row[0] = row[2];
+  core_rows.push_back(std::move(row));
+}
+
+// Circles of radius t about the point lie whole inside the disc up to disc - r, and with part of
+// their length from |disc - r| to disc + r.
+double DiscImage::Tables::wing_of_disc(double radius_px, double disc_px) const {
+  const double a2 = shape.wing_scale_px * shape.wing_scale_px, q = shape.wing_exponent;
+  const auto wing = [&](double t_px) {
+    return (0.5 * q - 1.0) / (kPi * a2) * std::pow(1.0 + t_px * t_px / a2, -0.5 * q);
+  };
+  if (disc_px == 0.0) return wing(radius_px);
+  const double inner_px = disc_px - radius_px;
+  double sum = inner_px > 0.0 ? 1.0 - std::pow(1.0 + inner_px * inner_px / a2, 1.0 - 0.5 * q) : 0.0;
+  const double middle_px = std::max(disc_px, radius_px), half_px = std::min(disc_px, radius_px);
+  constexpr int kPlaces = 32;
+  for (int i = 0; i < kPlaces && half_px > 0.0; ++i) {
+    const double angle_rad = kPi * (i + 0.5) / kPlaces;
+    const double t_px = middle_px - half_px * std::cos(angle_rad);
+    const double cosine =
+        (radius_px * radius_px + t_px * t_px - disc_px * disc_px) / (2.0 * radius_px * t_px);
+    sum += kPi / kPlaces * half_px * std::sin(angle_rad) * wing(t_px) * 2.0 * t_px *
+           std::acos(std::clamp(cosine, -1.0, 1.0));
+  }
+  return sum / (kPi * disc_px * disc_px);
+}
+
+void DiscImage::Tables::add_wing_row() {
+  const double disc_px =
+      shape.wing_scale_px * std::sinh(kWingRowStep * static_cast<double>(wing_rows.size()));
+  const double unit_px = shape.wing_scale_px + disc_px;
+  const auto place = [](int i) {
+    const double y = (i - 1.0) / kWingSteps;
+    return y / (1.0 - y);
+  };
+  std::array<double, kWingNodes> exact{}, row{};
+  for (int i = 0; i <= kWingSteps; ++i)
+    exact[static_cast<std::size_t>(i)] =
+        wing_of_disc(std::abs(place(i)) * unit_px, disc_px) * unit_px * unit_px;
+  const auto light = [&](double radius_px) {
+    const double x = radius_px / unit_px, position = x / (1.0 + x) * kWingSteps;
+    const auto below = static_cast<std::size_t>(position);
+    const Cubic cubic(position - static_cast<double>(below));
+    double sum = 0.0;
+    for (std::size_t k = 0; k < 4; ++k) sum += cubic.value[k] * exact[below + k];
+    return sum;
+  };
+  for (int i = 0; i <= kWingSteps; ++i)
+    row[static_cast<std::size_t>(i)] = PixelMean(std::abs(place(i)) * unit_px, light).round;
+  wing_rows.push_back(row);
+}
+
+void DiscImage::set_radius(double radius_px) {
+  if (!(radius_px >= 0.0 && radius_px <= kMostRadius_px))
+    throw std::domain_error("DiscImage: disc radius must be in [0, 60] px");
+  if (radius_px == radius_px_) return;
+  radius_px_ = radius_px;
+  // The tables go on evenly below a radius of 0.
+  const auto rows_about = [](double position, std::size_t rows[4]) {
+    const auto below = static_cast<std::size_t>(position);
+    rows[0] = below > 0 ? below - 1 : 1;
+    for (std::size_t k = 1; k < 4; ++k) rows[k] = below + k - 1;
+    return Cubic(position - static_cast<double>(below));
+  };
+  std::size_t rows[4];
+  {
+    const Cubic cubic = rows_about(radius_px / tables_->disc_step_px, rows);
+    while (tables_->core_rows.size() <= rows[3]) tables_->add_core_row();
+    core_.assign(tables_->core_rows[rows[3]].size(), Node{});
+    for (std::size_t k = 0; k < 4; ++k) {
+      const auto& row = tables_->core_rows[rows[k]];
+      const double value = cubic.value[k], slope = cubic.slope[k] / tables_->disc_step_px;
+      for (std::size_t i = 0; i < row.size(); ++i) {
+        core_[i].round += value * row[i].round;
+        core_[i].round_slope += slope * row[i].round;
+        core_[i].square += value * row[i].square;
+        core_[i].square_slope += slope * row[i].square;
+      }
+    }
+    core_reach_px_ = static_cast<double>(core_.size() - 4) * step_px_;
+  }
+  const double a_px = shape_.wing_scale_px;
+  unit_px_ = a_px + radius_px;
+  const double place = std::asinh(radius_px / a_px);
+  const Cubic cubic = rows_about(place / kWingRowStep, rows);
+  while (tables_->wing_rows.size() <= rows[3]) tables_->add_wing_row();
+  const double place_slope = 1.0 / (kWingRowStep * std::hypot(a_px, radius_px));
+  const double per_px2 = 1.0 / (unit_px_ * unit_px_);
+  for (std::size_t i = 0; i < wing_.size(); ++i) {
+    double value = 0.0, slope = 0.0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      value += cubic.value[k] * tables_->wing_rows[rows[k]][i];
+      slope += cubic.slope[k] * tables_->wing_rows[rows[k]][i];
+    }
+    // At a fixed share of the unit; at() adds what the growth of the unit changes.
+    wing_[i] = {value * per_px2, (slope * place_slope - 2.0 * value / unit_px_) * per_px2};
+  }
+}
+
+DiscImage::Pixel DiscImage::at(double du_px, double dv_px) const {
+  const double r2 = du_px * du_px + dv_px * dv_px, r_px = std::sqrt(r2);
+  const double w = shape_.wing_share;
+
+  const double reach_px = unit_px_ + r_px, y = r_px / reach_px * kWingSteps;
+  const auto wing_at = std::min(static_cast<std::size_t>(y), std::size_t{kWingSteps});
+  const Cubic far(y - static_cast<double>(wing_at));
+  double wing = 0.0, wing_r = 0.0, wing_radius = 0.0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    wing += far.value[k] * wing_[wing_at + k].wing;
+    wing_r += far.slope[k] * wing_[wing_at + k].wing;
+    wing_radius += far.value[k] * wing_[wing_at + k].slope;
+  }
+  wing_r *= kWingSteps * unit_px_ / (reach_px * reach_px);
+  wing_radius -= wing_r * r_px / unit_px_;
+
+  Pixel pixel;
+  pixel.share = w * wing;
+  pixel.per_radius = w * wing_radius;
+  pixel.per_wing_share = wing;
+  double per_r = w * wing_r;
+  const double inverse_r = r_px > 1e-9 ? 1.0 / r_px : 0.0;
+  if (r_px < core_reach_px_) {
+    const double place = r_px / step_px_;
+    const auto below = static_cast<std::size_t>(place);
+    const Cubic near(place - static_cast<double>(below));
+    double round = 0.0, round_r = 0.0, round_radius = 0.0;
+    double square = 0.0, square_r = 0.0, square_radius = 0.0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Node& node = core_[below + k];
+      round += near.value[k] * node.round;
+      round_r += near.slope[k] * node.round;
+      round_radius += near.value[k] * node.round_slope;
+      square += near.value[k] * node.square;
+      square_r += near.slope[k] * node.square;
+      square_radius += near.value[k] * node.square_slope;
+    }
+    // cos(4 angle) = 1 - 8 cos^2 sin^2.
+    const double cosine = du_px * inverse_r, sine = dv_px * inverse_r;
+    const double c2 = cosine * cosine, s2 = sine * sine;
+    const double four = r_px > 1e-9 ? 1.0 - 8.0 * c2 * s2 : 0.0;
+    const double core = round + square * four;
+    pixel.share += (1.0 - w) * core;
+    pixel.per_radius += (1.0 - w) * (round_radius + square_radius * four);
+    pixel.per_wing_share -= core;
+    per_r += (1.0 - w) * (round_r + square_r * four) / step_px_;
+    const double turn = 16.0 * (1.0 - w) * square * inverse_r * cosine * sine;
+    pixel.per_u = turn * sine * (s2 - c2);
+    pixel.per_v = turn * cosine * (c2 - s2);
+  }
+  // The pixel stays, the disc moves.
+  pixel.per_u -= per_r * du_px * inverse_r;
+  pixel.per_v -= per_r * dv_px * inverse_r;
+  return pixel;
+}
+
+}  // namespace vildar
