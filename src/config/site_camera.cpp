@@ -13,6 +13,10 @@ constexpr NumberRule kPixels{1.0, 100'000.0, false, false};
 constexpr NumberRule kFocal_px{1.0, 1e6, false, false};
 constexpr NumberRule kExposure_s{0.0, 10.0, true, false};
 constexpr NumberRule kRollingShutter_s{0.0, 1.0, false, false};
+constexpr NumberRule kCoreSigma_px{0.5, 20.0, false, false};
+constexpr NumberRule kWingShare{0.0, 0.9, false, false};
+constexpr NumberRule kWingScale_px{0.0, 100.0, true, false};
+constexpr NumberRule kWingExponent{2.0, 10.0, true, false};
 
 void read_distortion(const YamlMap& map, CameraSite& camera) {
   const auto item = map.find("distortion");
@@ -95,6 +99,19 @@ void read_response(const YamlMap& map, CameraSite& camera) {
                     "must increase from code to code");
 }
 
+void read_psf(const YamlMap& map, CameraSite& camera) {
+  const auto item = map.map("psf");
+  if (!item) return;
+  PsfShape shape;
+  Uncertain wing_share;
+  bool whole = item->require("core_sigma_px", shape.core_sigma_px, kCoreSigma_px);
+  whole &= item->require("wing_share", wing_share, kWingShare);
+  whole &= item->require("wing_scale_px", shape.wing_scale_px, kWingScale_px);
+  whole &= item->require("wing_exponent", shape.wing_exponent, kWingExponent);
+  shape.wing_share = wing_share.mean;
+  if (whole) camera.psf = PsfSite{shape, wing_share.std};
+}
+
 }  // namespace
 
 CameraSite read_camera(const YamlMap& map) {
@@ -118,6 +135,7 @@ CameraSite read_camera(const YamlMap& map) {
   map.read("exposure_s", camera.exposure_s, kExposure_s);
   map.read("rolling_shutter_s", camera.rolling_shutter_s, kRollingShutter_s);
   read_response(map, camera);
+  read_psf(map, camera);
   map.read("gain_db", camera.gain_db);
   map.read("path_loss_exponent", camera.path_loss_exponent, kPositive);
   return camera;

@@ -123,6 +123,13 @@ void write_camera(std::string& out, const CameraSite& camera) {
   if (camera.response == ResponseKind::table)
     response += ", values: " + list(camera.response_table);
   lines.put("response", response + "}");
+  if (camera.psf) {
+    const PsfShape& shape = camera.psf->shape;
+    lines.put("psf", "{core_sigma_px: " + number(shape.core_sigma_px) + ", wing_share: " +
+                         number(Uncertain{shape.wing_share, camera.psf->wing_share_std}) +
+                         ", wing_scale_px: " + number(shape.wing_scale_px) +
+                         ", wing_exponent: " + number(shape.wing_exponent) + "}");
+  }
   lines.put("gain_db", camera.gain_db);
   lines.put("path_loss_exponent", number(camera.path_loss_exponent));
 }

@@ -9,6 +9,20 @@
 #include "synth/truth.h"
 
 namespace vildar {
+namespace {
+
+/// What the site file says: the told site, and how the camera spreads light unless that is told
+/// too. Demosaicing spreads it in a way that no such function describes.
+Site site_as_told(const Scenario& scenario) {
+  Site site = scenario.told_site.value_or(scenario.site);
+  const ImageScene& image = scenario.image;
+  if (site.camera && !site.camera->psf && !image.bayer)
+    site.camera->psf = PsfSite{
+        {image.core_sigma_px, image.wing_share, image.wing_scale_px, image.wing_exponent}, 0.0};
+  return site;
+}
+
+}  // namespace
 
 std::vector<std::filesystem::path> render(const Scenario& scenario,
                                           const std::filesystem::path& out_dir,
@@ -18,7 +32,7 @@ std::vector<std::filesystem::path> render(const Scenario& scenario,
     write_file_atomically(out_dir / name, text);
     written.push_back(out_dir / name);
   };
-  write("site.yaml", effective_site_yaml(scenario.told_site.value_or(scenario.site)));
+  write("site.yaml", effective_site_yaml(site_as_told(scenario)));
   if (!scenario.site.photodiodes.empty()) {
     AtomicFile file(out_dir / "photodiode.csv");
     file.write(trace_csv_header(scenario));

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include "types/psf.h"
 #include "types/vehicle_track.h"
 
 namespace vildar {
@@ -22,6 +23,14 @@ struct Uncertain {
 
 enum class DistortionModel { none, brown, fisheye };
 enum class ResponseKind { linear, gamma, srgb, bt709, table };
+
+/// A point-spread function as it was calibrated.
+struct PsfSite {
+  PsfShape shape;
+  double wing_share_std = 0.0;
+
+  bool operator==(const PsfSite&) const = default;
+};
 
 struct CameraSite {
   int width_px = 0;
@@ -38,6 +47,7 @@ struct CameraSite {
   ResponseKind response = ResponseKind::srgb;
   double response_exponent = 2.2;      ///< for gamma
   std::vector<double> response_table;  ///< 256 values, linear light of each code, for table
+  std::optional<PsfSite> psf;          ///< unknown when absent
   std::optional<Uncertain> gain_db;    ///< of the camera's intensity: unknown when absent
   Uncertain path_loss_exponent{2.0, 0.0};
 

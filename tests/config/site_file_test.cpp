@@ -38,10 +38,12 @@ std::string full_site() {
               "coefficients: [-0.31, 0.11, 1.0e-4, -2.0e-4, -0.02]");
   text = with(text, "[0.0, 0.0, 5.0] # in the road frame", "[0, 0.1, {mean: 5.2, std: 0.05}]");
   text = with(text, "rolling_shutter_s: 0.0 ", "rolling_shutter_s: 0.016 ");
-  text =
-      with(text, "{kind: srgb}",
-           "{kind: table, values: " + table_of(256, 1.0 / 255.0) +
-               "}\n  gain_db: {mean: -30, std: 2}\n  path_loss_exponent: {mean: 1.9, std: 0.1}\n ");
+  text = with(text, "{kind: srgb}",
+              "{kind: table, values: " + table_of(256, 1.0 / 255.0) +
+                  "}\n  psf: {core_sigma_px: 1.2, wing_share: {mean: 0.04, std: 0.003}, "
+                  "wing_scale_px: 2.5, "
+                  "wing_exponent: 3.1}\n  gain_db: {mean: -30, std: 2}\n  path_loss_exponent: "
+                  "{mean: 1.9, std: 0.1}\n ");
   text = with(text, "  time_offset_s:", "  volts_per_count: 5.0e-5\n  time_offset_s:");
   text = with(text, "mains_hz: 50",
               "- {id: pd-1, position_m: [2, 0, 5], full_scale_v: 3.3}\nmains_hz: 60");
@@ -79,6 +81,7 @@ TEST(SiteFile, EveryKeyArrivesInItsPlaceAndUnit) {
   EXPECT_EQ(camera.response, ResponseKind::table);
   ASSERT_EQ(camera.response_table.size(), 256u);
   EXPECT_EQ(camera.response_table.back(), 1.0);
+  EXPECT_EQ(camera.psf, (PsfSite{{1.2, 0.04, 2.5, 3.1}, 0.003}));
   EXPECT_EQ(camera.gain_db, (Uncertain{-30.0, 2.0}));
   EXPECT_EQ(camera.path_loss_exponent, (Uncertain{1.9, 0.1}));
 
@@ -130,6 +133,7 @@ TEST(SiteFile, TheContractsExampleIsReadThoughItsRoadIsStraight) {
   EXPECT_EQ(site.road.kind, RoadKind::straight);
   EXPECT_EQ(site.photodiodes.size(), 1u);
   EXPECT_FALSE(site.camera->gain_db);
+  EXPECT_FALSE(site.camera->psf);
 }
 
 constexpr std::string_view kOnePopulation =
@@ -251,6 +255,10 @@ TEST(SiteFile, EachRuleBrokenAloneIsNamedWithKeyAndLine) {
        "camera.response.values", "kind: table"},
       {table_of(256, 1.0 / 255.0), table_of(255, 1.0), "camera.response.values", "kind: table"},
       {table_of(256, 1.0 / 255.0), table_of(256, 0.0), "camera.response.values", "kind: table"},
+      {"core_sigma_px: 1.2", "core_sigma_px: 0.4", "camera.psf.core_sigma_px", "psf:"},
+      {"{mean: 0.04, std: 0.003}", "1", "camera.psf.wing_share", "psf:"},
+      {"wing_scale_px: 2.5, ", "", "camera.psf.wing_scale_px", "psf:"},
+      {"wing_exponent: 3.1", "wing_exponent: 2", "camera.psf.wing_exponent", "psf:"},
       {"  path_loss_exponent: {mean: 1.9,", "  path_loss_exponent: {mean: 0,",
        "camera.path_loss_exponent.mean", "{mean: 0,"},
       {"id: pd-1", "id: pd0", "photodiodes[1].id", "- {id: pd0"},
