@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "detect/kind.h"
+#include "detect/lamp_meter.h"
 #include "detect/levels.h"
 #include "detect/peaks.h"
 #include "detect/photometry.h"
@@ -88,16 +89,55 @@ struct Detector::State {
   RunGroups groups;
   PeakFinder finder;
   Photometer photometer;
+  std::optional<LampMeter> lamp_meter;
 
   // Per code; rebuilt only when the plane's depth or range changes.
   LumaView tables_for;
   std::vector<float> linear, slope, sigma;
+  std::vector<float> signed_linear, rounding;  // with lamp_meter alone
   std::vector<int> half_code;
   double half_code_background = -1.0, sigma_noise_codes = -1.0;
 
+  void prepare_fit_tables(const LumaView& luma);
+  FrameLight frame_light(const LumaView& luma, const Levels& levels, int clip_code) const;
   void prepare_tables(const LumaView& luma, const Levels& levels);
   Blob blob_of(const Frame& frame, const Peak& peak, const Measured& light, int clip_code) const;
 };
+
+void Detector::State::prepare_fit_tables(const LumaView& luma) {
+  // Noise goes on below black.
+  signed_linear = linear;
+  for (int code = 0; code < luma.black_code; ++code) {
+    const int mirrored = std::min(2 * luma.black_code - code, static_cast<int>(linear.size()) - 1);
+    signed_linear[static_cast<std::size_t>(code)] = -linear[static_cast<std::size_t>(mirrored)];
+  }
+  constexpr std::size_t kSteps = 256;
+  rounding.resize(kSteps + 1);
+  auto code = static_cast<std::size_t>(luma.black_code);
+  for (std::size_t i = 0; i <= kSteps; ++i) {
+    while (code + 2 < linear.size() && linear[code + 1] < static_cast<float>(i) / kSteps) ++code;
+    const float step = linear[code + 1] - linear[code];
+    rounding[i] = step * step / 12.0f;
+  }
+}
+
+FrameLight Detector::State::frame_light(const LumaView& luma, const Levels& levels,
+                                        int clip_code) const {
+  FrameLight light;
+  light.luma = luma;
+  light.linear = signed_linear;
+  light.clip_code = clip_code;
+  const auto clip = static_cast<std::size_t>(clip_code);
+  light.clip_light = 0.5 * static_cast<double>(linear[clip - 1] + linear[clip]);
+  light.noise.electrons = options.full_well_electrons;
+  light.noise.rounding = rounding;
+  const auto dark = static_cast<std::size_t>(
+      std::max(levels.background_code, static_cast<double>(luma.black_code)));
+  const double noise = static_cast<double>(linear[dark + 1] - linear[dark]) * levels.noise_codes;
+  light.noise.dark_variance =
+      std::max(0.0, noise * noise - light.noise.variance(static_cast<double>(linear[dark])));
+  return light;
+}
 
 void Detector::State::prepare_tables(const LumaView& luma, const Levels& levels) {
   if (linear.empty() || tables_for.bit_depth != luma.bit_depth ||
@@ -111,6 +151,7 @@ void Detector::State::prepare_tables(const LumaView& luma, const Levels& levels)
     for (std::size_t code = 0; code <= last; ++code)
       slope[code] = 0.5f * (linear[std::min(code + 1, last)] - linear[code > 0 ? code - 1 : 0]);
     half_code_background = sigma_noise_codes = -1.0;
+    if (lamp_meter) prepare_fit_tables(luma);
   }
   if (sigma_noise_codes != levels.noise_codes) {
     sigma_noise_codes = levels.noise_codes;
@@ -144,10 +185,16 @@ Blob Detector::State::blob_of(const Frame& frame, const Peak& peak, const Measur
   const double per_exposure = exposure_s ? 1.0 / *exposure_s : 1.0;
   blob.flux = light.flux * per_exposure;
   blob.flux_sigma = light.flux_sigma * per_exposure;
+  blob.lamp = light.lamp;
+  if (blob.lamp) {
+    blob.lamp->flux *= per_exposure;
+    blob.lamp->flux_sigma *= per_exposure;
+  }
   blob.area_px = peak.area_px;
   blob.saturated_px = peak.clipped_px;
   blob.row_fraction = (light.centre_px.y() + 0.5) / luma.height_px - 0.5;
   if (peak.clipped_px > 0) blob.defects = blob.defects | Defect::saturated;
+  if (light.bad_fit) blob.defects = blob.defects | Defect::bad_fit;
   if (light.cut_by_edge) blob.defects = blob.defects | Defect::cut_by_edge;
   if (peak.clipped_px >= kLeastClippedForShape_px && light.elongation > kTwoLampElongation)
     blob.defects = blob.defects | Defect::merged;
@@ -160,7 +207,8 @@ Blob Detector::State::blob_of(const Frame& frame, const Peak& peak, const Measur
   return blob;
 }
 
-Detector::Detector(DetectOptions options, Response response, std::optional<double> exposure_s)
+Detector::Detector(DetectOptions options, Response response, std::optional<double> exposure_s,
+                   const std::optional<PsfSite>& psf)
     : state_(std::make_unique<State>()) {
   std::string faults;
   for (const std::string& problem : options.problems()) faults += "; " + problem;
@@ -170,6 +218,7 @@ Detector::Detector(DetectOptions options, Response response, std::optional<doubl
   state_->options = options;
   state_->response = std::move(response);
   state_->exposure_s = exposure_s;
+  if (psf) state_->lamp_meter.emplace(*psf, exposure_s);
 }
 
 Detector::~Detector() = default;
@@ -204,8 +253,11 @@ BlobFrame Detector::detect(const Frame& frame) {
   }
 
   const LightScale scale{state.linear, state.sigma, rules.clip_code};
-  const std::vector<Measured>& lights = state.photometer.measure(luma, state.finder, scale);
+  std::vector<Measured>& lights = state.photometer.measure(luma, state.finder, scale);
   const std::vector<Peak>& peaks = state.finder.peaks();
+  if (state.lamp_meter)
+    state.lamp_meter->measure(state.frame_light(luma, levels, rules.clip_code), frame.time, peaks,
+                              lights);
   for (std::size_t i = 0; i < peaks.size(); ++i) {
     result.blobs.push_back(state.blob_of(frame, peaks[i], lights[i], rules.clip_code));
     result.blobs.back().id = static_cast<int>(i);

@@ -33,9 +33,11 @@ struct DetectOptions {
 /// time.
 class Detector {
  public:
-  /// `exposure_s`, where known, divides fluxes. Throws std::invalid_argument listing
-  /// `options.problems()`, or when an exposure is not positive.
-  Detector(DetectOptions options, Response response, std::optional<double> exposure_s);
+  /// `exposure_s`, where known, divides fluxes. With `psf` lamps are fitted, those that clip as
+  /// well; without it their light is a lower bound. Throws std::invalid_argument listing
+  /// `options.problems()`, when an exposure is not positive, or as DiscImage does.
+  Detector(DetectOptions options, Response response, std::optional<double> exposure_s,
+           const std::optional<PsfSite>& psf = std::nullopt);
   ~Detector();
   Detector(Detector&&) noexcept;
   Detector& operator=(Detector&&) noexcept;

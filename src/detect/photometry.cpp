@@ -260,7 +260,7 @@ void Photometer::sum_flux(const LumaView& luma, const LightScale& scale, Measure
   light.flux_sigma = std::hypot(std::sqrt(variance), pixels * light.background_sigma);
 }
 
-const std::vector<Measured>& Photometer::measure(const LumaView& luma, const PeakFinder& finder,
+std::vector<Measured>& Photometer::measure(const LumaView& luma, const PeakFinder& finder,
                                                  const LightScale& scale) {
   const std::vector<Peak>& peaks = finder.peaks();
   lights_.clear();
@@ -268,7 +268,8 @@ const std::vector<Measured>& Photometer::measure(const LumaView& luma, const Pea
     lights_.push_back(first_guess(luma, finder.pixels(peak), peak, scale));
   for (std::size_t i = 0; i < peaks.size(); ++i) {
     find_background(luma, scale, lights_[i]);
-    if (!like_a_lamp(peaks[i], lights_[i], scale.linear[peaks[i].peak_code])) {
+    lights_[i].lamp_like = like_a_lamp(peaks[i], lights_[i], scale.linear[peaks[i].peak_code]);
+    if (!lights_[i].lamp_like) {
       sum_pixels(luma, finder.pixels(peaks[i]), scale, lights_[i]);
       continue;
     }
@@ -287,6 +288,7 @@ const std::vector<Measured>& Photometer::measure(const LumaView& luma, const Pea
     }
     find_background(luma, scale, light);
     sum_flux(luma, scale, light);
+    if (peaks[i].clipped_px > 0) light.flux_sigma = std::hypot(light.flux_sigma, light.flux);
     lights_[i] = light;
   }
   return lights_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,19 +23,22 @@ struct Measured {
   Eigen::Vector2d centre_sigma_px = Eigen::Vector2d::Zero();
   Eigen::Vector2d spread_px = Eigen::Vector2d::Ones();
   double flux = 0.0;
-  double flux_sigma = 0.0;
+  double flux_sigma = 0.0;  ///< as large as the flux where pixels clip
   double background = 0.0;  ///< of the surroundings, linear
   double background_sigma = 0.0;
   double elongation = 1.0;  ///< long over short axis of its pixels
   bool cut_by_edge = false;
+  bool lamp_like = false;
+  bool bad_fit = false;
+  std::optional<LampLight> lamp;
 };
 
 /// Centre, spread and flux of lights whose neighbours are known. Reuses its buffers.
 class Photometer {
  public:
   /// One result per peak, in order.
-  const std::vector<Measured>& measure(const LumaView& luma, const PeakFinder& finder,
-                                       const LightScale& scale);
+  std::vector<Measured>& measure(const LumaView& luma, const PeakFinder& finder,
+                                 const LightScale& scale);
 
  private:
   struct Neighbour {

@@ -118,8 +118,9 @@ std::vector<TrackRow> bearing_rows(const VehicleTrack& track, const Camera& came
     double variance = 0.0;
     for (const auto& lamp : {sighting.left, sighting.right}) {
       if (!lamp) continue;
-      row.intensity += lamp->flux;
-      variance += lamp->flux_sigma * lamp->flux_sigma;
+      const LampLight light = light_of(*lamp);
+      row.intensity += light.flux;
+      variance += light.flux_sigma * light.flux_sigma;
     }
     row.intensity_std = std::sqrt(variance);
     row.bearing_left_rad = bearing_of_lamp(sighting.left, camera);

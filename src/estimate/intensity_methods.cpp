@@ -39,9 +39,9 @@ Frames usable_frames(const VehicleTrack& track) {
     bool clipped = false;
     for (const auto& lamp : {sighting.left, sighting.right}) {
       if (!lamp) continue;
-      flux += lamp->flux;
-      clipped = clipped || lamp->saturated_px > 0 || has(lamp->defects, Defect::saturated) ||
-                has(lamp->defects, Defect::cut_by_edge);
+      flux += light_of(*lamp).flux;
+      const bool bound = lamp->saturated_px > 0 || has(lamp->defects, Defect::saturated);
+      clipped = clipped || (bound && !lamp->lamp) || has(lamp->defects, Defect::cut_by_edge);
     }
     frames.clipped += clipped;
     if (clipped || !(flux > 0.0)) continue;

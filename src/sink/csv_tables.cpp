@@ -68,7 +68,7 @@ void append_lamp_sigma(CsvRow& row, const std::optional<LampSighting>& lamp) {
 }
 
 void append_lamp_light(CsvRow& row, const std::optional<LampSighting>& lamp) {
-  row.significant(lamp ? std::optional(lamp->flux) : std::nullopt, kLightDigits);
+  row.significant(lamp ? std::optional(light_of(*lamp).flux) : std::nullopt, kLightDigits);
 }
 
 void append_bearing(CsvRow& row, const std::optional<Eigen::Vector2d>& bearing_rad) {
@@ -180,8 +180,8 @@ void BlobsWriter::add(const BlobFrame& frame) {
         .fixed(blob.centre_px.y(), kPixelDigits)
         .fixed(blob.centre_sigma_px.x(), kPixelDigits)
         .fixed(blob.centre_sigma_px.y(), kPixelDigits)
-        .significant(blob.flux, kLightDigits)
-        .significant(blob.flux_sigma, kLightDigits)
+        .significant(light_of(blob).flux, kLightDigits)
+        .significant(light_of(blob).flux_sigma, kLightDigits)
         .integer(blob.area_px)
         .integer(blob.saturated_px)
         .text(name_of(blob.kind));

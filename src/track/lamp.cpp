@@ -162,7 +162,7 @@ void Lamp::remember(const Spot& spot, const Eigen::Vector2d& off_px, std::int64_
   const Defect defects = spot.with_streak ? blob.defects | Defect::merged : blob.defects;
   records.push_back({frame, time,
                      LampSighting{spot.centre_px, spot.centre_sigma_px, blob.flux, blob.flux_sigma,
-                                  blob.saturated_px, blob.box, blob.row_fraction, defects},
+                                  blob.saturated_px, blob.box, blob.row_fraction, defects, blob.lamp},
                      spot.at_px, reddish(blob), off_px.norm(), spot.streak});
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -9,7 +10,14 @@
 
 namespace vildar {
 
-enum class Defect : std::uint8_t { none = 0, saturated = 1, cut_by_edge = 2, merged = 4 };
+/// `bad_fit`: not the picture of a lamp behind the calibrated point-spread function.
+enum class Defect : std::uint8_t {
+  none = 0,
+  saturated = 1,
+  cut_by_edge = 2,
+  merged = 4,
+  bad_fit = 8
+};
 constexpr Defect operator|(Defect a, Defect b) {
   return static_cast<Defect>(static_cast<int>(a) | static_cast<int>(b));
 }
@@ -25,6 +33,21 @@ struct PixelBox {
   int u_min = 0, v_min = 0, u_max = 0, v_max = 0;
 };
 
+/// All the light of a lamp, also what falls on pixels that clip, in the units of Blob::flux, and
+/// the disc that it is seen as: from a fit of the calibrated point-spread function.
+struct LampLight {
+  double flux = 0.0;
+  double flux_sigma = 0.0;
+  double radius_px = 0.0;
+  double radius_sigma_px = 0.0;
+};
+
+/// The lamp's light where it was fitted, else what is seen of it; of a Blob or a LampSighting.
+template <class Seen>
+LampLight light_of(const Seen& seen) {
+  return seen.lamp ? *seen.lamp : LampLight{seen.flux, seen.flux_sigma};
+}
+
 /// One bright spot of one frame. Positions are in the upright image (after the clip's rotation),
 /// pixel (0, 0) being the centre of the top-left pixel.
 struct Blob {
@@ -32,9 +55,11 @@ struct Blob {
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
   Eigen::Vector2d centre_sigma_px = Eigen::Vector2d::Constant(1.0);
   /// Linear light above the local background, in units of one pixel at nominal white, divided by the
-  /// exposure (when the site gives it). A lower bound where `saturated`.
+  /// exposure (when the site gives it). A lower bound where `saturated`, with a sigma as wide.
   double flux = 0.0;
   double flux_sigma = 0.0;
+  /// Absent without a calibrated point-spread function, and with Defect::bad_fit.
+  std::optional<LampLight> lamp;
   int area_px = 0;       ///< pixels above the blob's threshold
   int saturated_px = 0;  ///< pixels at or above the clipping code
   PixelBox box;

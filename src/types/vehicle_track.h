@@ -20,6 +20,7 @@ struct LampSighting {
   PixelBox box;
   double row_fraction = 0.0;
   Defect defects = Defect::none;
+  std::optional<LampLight> lamp;  ///< see Blob
 };
 
 /// A vehicle in one frame; left and right as seen in the image. At least one lamp is present; a

@@ -1,0 +1,425 @@
+#include "detect/lamp_fit.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "core/quantity.h"
+
+namespace vildar {
+namespace {
+
+constexpr double kLeastRadius_px = 0.1;  // a point, to any PSF of half a pixel and more
+constexpr double kMostPixels = 900.0;    // of one lamp, beside those about its rim
+constexpr double kRimBand_px = 3.0;
+constexpr int kMostIterations = 30;
+constexpr double kDone = 1e-3;  // expected fall of the cost: a thirtieth of a sigma
+
+/// -2 ln of the normal distribution function, its first and its second derivative over 2.
+struct Censored {
+  double cost, slope, curve;
+  explicit Censored(double z) {
+    if (z > 6.0) {
+      cost = slope = curve = 0.0;
+      return;
+    }
+    // Mills' ratio by its continued fraction where the function underflows.
+    double hazard;
+    if (z > -6.0) {
+      const double below = 0.5 * std::erfc(-z * std::sqrt(0.5));
+      hazard = std::exp(-0.5 * z * z) / std::sqrt(2.0 * kPi) / below;
+      cost = -2.0 * std::log(below);
+    } else {
+      const double x = -z;
+      hazard = x + 1.0 / (x + 2.0 / (x + 3.0 / (x + 4.0 / x)));
+      cost = z * z + 2.0 * std::log(hazard * std::sqrt(2.0 * kPi));
+    }
+    slope = hazard;
+    curve = hazard * (hazard + z);
+  }
+};
+
+/// Greatest value of chi-square with `dof` degrees that chance gives once in a hundred times
+/// (Wilson and Hilferty 1931).
+double chi2_limit(double dof) {
+  const double spread = 2.0 / (9.0 * dof);
+  return dof * std::pow(1.0 - spread + 2.326 * std::sqrt(spread), 3);
+}
+
+}  // namespace
+
+double PixelNoise::variance(double light) const {
+  const double place = std::clamp(light, 0.0, 1.0) * static_cast<double>(rounding.size() - 1);
+  return dark_variance + std::max(light, 0.0) / electrons +
+         static_cast<double>(rounding[static_cast<std::size_t>(place + 0.5)]);
+}
+
+LampFitter::LampFitter(const PsfShape& psf, double wing_share_sigma)
+    : wing_share_sigma_(wing_share_sigma), image_(psf) {}
+
+double LampFitter::reach_px(double rim_px, double size_px, double core_sigma_px) {
+  return rim_px > 0.0 ? 1.6 * rim_px + 4.0 * core_sigma_px + 6.0
+                      : std::max(3.5 * size_px, 4.0 * core_sigma_px) + 3.0;
+}
+
+void LampFitter::gather(const FrameLight& light, std::span<const LampGuess> guesses) {
+  samples_.clear();
+  reach_px_.clear();
+  const LumaView& luma = light.luma;
+  for (const LampGuess& guess : guesses)
+    reach_px_.push_back(reach_px(guess.rim_px, guess.size_px, image_.shape().core_sigma_px) +
+                        0.5 * guess.motion_px.norm());
+  for (std::size_t i = 0; i < guesses.size(); ++i) {
+    const double reach = reach_px_[i], rim = guesses[i].rim_px;
+    const Eigen::Vector2d& centre = guesses[i].centre_px;
+    // Deep inside the clipped area every model agrees.
+    const double inner = guesses.size() == 1 ? std::max(rim - 2.0 * kRimBand_px, 0.0) : 0.0;
+    const int stride =
+        std::max(1, static_cast<int>(std::ceil(kPi * (reach * reach - rim * rim) / kMostPixels)));
+    const auto first = [](double at) { return std::max(0, static_cast<int>(std::ceil(at))); };
+    const auto last = [](double at, int size) {
+      return std::min(size - 1, static_cast<int>(std::floor(at)));
+    };
+    for (int v = first(centre.y() - reach); v <= last(centre.y() + reach, luma.height_px); ++v)
+      for (int u = first(centre.x() - reach); u <= last(centre.x() + reach, luma.width_px); ++u) {
+        const Eigen::Vector2d at(u, v);
+        const double distance = (at - centre).norm();
+        if (distance > reach || distance < inner) continue;
+        if (stride > 1 && distance > rim + kRimBand_px && (u + 2 * v) % stride != 0) continue;
+        bool taken = false;
+        for (std::size_t j = 0; j < i; ++j)
+          taken |= (at - guesses[j].centre_px).norm() <= reach_px_[j];
+        if (taken) continue;
+        const int code = luma.code(u, v);
+        const double here = static_cast<double>(light.linear[static_cast<std::size_t>(code)]);
+        samples_.push_back({u, v, here, 0.0, code >= light.clip_code});
+      }
+  }
+  trial_variance_.resize(samples_.size());
+}
+
+void LampFitter::set_parameters(const Vector& parameters) {
+  parameters_ = parameters;
+  if (per_lamp_ < 4) return;
+  for (std::size_t i = 0; i < images_.size(); ++i)
+    images_[i].set_radius(std::sqrt(parameters_[base(i) + 3]));
+}
+
+// One of the terms of a sum over lamps and, for a lamp that moves, over its path.
+double LampFitter::model(const Sample& sample, Vector& gradient, double& by_wing_share) const {
+  double light = parameters_[size() - 1];
+  gradient[size() - 1] = 1.0;
+  by_wing_share = 0.0;
+  for (std::size_t i = 0; i < images_.size(); ++i) {
+    const Eigen::Index at = base(i);
+    const double flux = std::exp(parameters_[at]);
+    const double du = sample.u - parameters_[at + 1], dv = sample.v - parameters_[at + 2];
+    DiscImage::Pixel pixel;
+    for (const Smear& smear : smears_[i]) {
+      const DiscImage::Pixel part =
+          images_[i].at(du - smear.offset_px.x(), dv - smear.offset_px.y());
+      pixel.share += smear.weight * part.share;
+      pixel.per_u += smear.weight * part.per_u;
+      pixel.per_v += smear.weight * part.per_v;
+      pixel.per_radius += smear.weight * part.per_radius;
+      pixel.per_wing_share += smear.weight * part.per_wing_share;
+    }
+    light += flux * pixel.share;
+    by_wing_share += flux * pixel.per_wing_share;
+    gradient[at] = flux * pixel.share;
+    gradient[at + 1] = flux * pixel.per_u;
+    gradient[at + 2] = flux * pixel.per_v;
+    if (per_lamp_ == 4) gradient[at + 3] = flux * pixel.per_radius / (2.0 * images_[i].radius_px());
+  }
+  return light;
+}
+
+// Scores with the variance of the model rather than of the pixel: the likelihood's own for counts,
+// and without the bias of weights that know the noise.
+LampFitter::Sum LampFitter::add_up(const FrameLight& light) {
+  Sum sum;
+  sum.information = Matrix::Zero(size(), size());
+  sum.score = sum.by_wing_share = Vector::Zero(size());
+  Vector gradient(size());
+  const double clip_variance = light.noise.variance(light.clip_light);
+  const double clip_sigma = std::sqrt(clip_variance);
+  for (std::size_t k = 0; k < samples_.size(); ++k) {
+    const Sample& sample = samples_[k];
+    double by_wing_share;
+    const double expected = model(sample, gradient, by_wing_share);
+    double weight, pull;
+    if (sample.clipped) {
+      const Censored censored((expected - light.clip_light) / clip_sigma);
+      trial_variance_[k] = clip_variance;
+      sum.cost += censored.cost;
+      sum.frozen_cost += censored.cost;
+      weight = censored.curve / clip_variance;
+      pull = censored.slope / clip_sigma;
+      if (weight == 0.0) continue;
+    } else {
+      const double left = sample.light - expected;
+      const double variance = light.noise.variance(expected);
+      trial_variance_[k] = variance;
+      sum.cost += left * left / variance;
+      if (sample.variance > 0.0) sum.frozen_cost += left * left / sample.variance;
+      weight = 1.0 / variance;
+      pull = left * weight;
+    }
+    for (Eigen::Index i = 0; i < size(); ++i) {
+      const double weighted = weight * gradient[i];
+      sum.score[i] += pull * gradient[i];
+      sum.by_wing_share[i] += weighted * by_wing_share;
+      for (Eigen::Index j = 0; j <= i; ++j) sum.information(i, j) += weighted * gradient[j];
+    }
+  }
+  sum.information.triangularView<Eigen::StrictlyUpper>() = sum.information.transpose();
+  return sum;
+}
+
+// Where pixels clip, the rim fixes the flux for each radius, a share of the rim's.
+void LampFitter::start(const FrameLight& light, std::span<const LampGuess> guesses,
+                       double rim_share, bool radius_known) {
+  const double core_px = image_.shape().core_sigma_px;
+  lights_.clear();
+  for (const Sample& sample : samples_) lights_.push_back(sample.light);
+  const auto middle = lights_.begin() + static_cast<std::ptrdiff_t>(lights_.size() / 2);
+  std::nth_element(lights_.begin(), middle, lights_.end());
+  const double background = std::min(*middle, 0.5 * light.clip_light);
+  double sum = 0.0, most = 0.0;
+  for (const Sample& sample : samples_) {
+    sum += sample.light - background;
+    most = std::max(most, sample.light - background);
+  }
+  sum = std::max(sum, 3.0 * most);
+  Vector first(size());
+  first[size() - 1] = background;
+  for (std::size_t i = 0; i < guesses.size(); ++i) {
+    const LampGuess& guess = guesses[i];
+    double radius_px =
+        guess.rim_px > 0.0
+            ? rim_share * guess.rim_px
+            : 2.0 * std::sqrt(std::max(guess.size_px * guess.size_px - core_px * core_px, 0.0));
+    radius_px = guess.radius_px.value_or(radius_px);
+    if (!radius_known)
+      radius_px = std::clamp(radius_px, kLeastRadius_px, DiscImage::kMostRadius_px);
+    images_[i].set_radius(radius_px);
+    double flux = sum / static_cast<double>(guesses.size());
+    if (guess.rim_px > 0.0) flux = light.clip_light / images_[i].at(guess.rim_px, 0.0).share;
+    const Eigen::Index at = base(i);
+    first[at] = std::log(std::max(flux, 1e-6));
+    first[at + 1] = guess.centre_px.x();
+    first[at + 2] = guess.centre_px.y();
+    if (per_lamp_ == 4) first[at + 3] = radius_px * radius_px;
+  }
+  set_parameters(first);
+}
+
+LampFitter::Vector LampFitter::step(const Sum& sum, double damping) const {
+  Matrix damped = sum.information;
+  damped.diagonal() *= 1.0 + damping;
+  damped.diagonal().array() += 1e-12 * damped.diagonal().maxCoeff();
+  Vector move = damped.ldlt().solve(sum.score);
+  if (per_lamp_ < 4) return move;
+  // A disc that would shrink below a point stays one.
+  constexpr double kLeast_px2 = kLeastRadius_px * kLeastRadius_px;
+  bool held = false;
+  Vector score = sum.score;
+  for (std::size_t i = 0; i < images_.size(); ++i) {
+    const Eigen::Index at = base(i) + 3;
+    if (parameters_[at] > kLeast_px2 || !(move[at] < 0.0)) continue;
+    damped.row(at).setZero();
+    damped.col(at).setZero();
+    damped(at, at) = 1.0;
+    score[at] = 0.0;
+    held = true;
+  }
+  if (held) move = damped.ldlt().solve(score);
+  return move;
+}
+
+// Levenberg and Marquardt; true where it came to rest.
+bool LampFitter::climb(const FrameLight& light, std::span<const LampGuess> guesses, Sum& sum) {
+  sum = add_up(light);
+  const auto accept = [&] {
+    for (std::size_t k = 0; k < samples_.size(); ++k) samples_[k].variance = trial_variance_[k];
+  };
+  accept();
+  double damping = 1e-3;
+  for (int i = 0; i < kMostIterations; ++i, ++result_.iterations) {
+    Vector move = step(sum, damping);
+    if (!move.allFinite()) return false;
+    if (damping < 1.0 && move.dot(sum.score) < kDone) return true;
+    const Vector before = parameters_;
+    Vector after = before + move;
+    for (std::size_t lamp = 0; lamp < guesses.size(); ++lamp) {
+      const Eigen::Index at = base(lamp);
+      const double most_px = std::max(1.0, 0.5 * guesses[lamp].size_px);
+      after[at] = before[at] + std::clamp(move[at], -1.5, 1.5);
+      for (Eigen::Index k = 1; k <= 2; ++k)
+        after[at + k] = before[at + k] + std::clamp(move[at + k], -most_px, most_px);
+      if (per_lamp_ < 4) continue;
+      const double low = std::max(0.2 * before[at + 3], kLeastRadius_px * kLeastRadius_px);
+      const double high = std::min(4.0 * before[at + 3] + 0.5,
+                                   DiscImage::kMostRadius_px * DiscImage::kMostRadius_px);
+      after[at + 3] = std::clamp(after[at + 3], low, high);
+      if ((after.segment<2>(at + 1) - guesses[lamp].centre_px).norm() > reach_px_[lamp])
+        return false;
+    }
+    set_parameters(after);
+    Sum trial = add_up(light);
+    if (trial.frozen_cost <= sum.cost + 1e-9) {
+      sum = std::move(trial);
+      accept();
+      damping = std::max(0.2 * damping, 1e-7);
+    } else {
+      set_parameters(before);
+      damping = std::max(10.0 * damping, 1e-4);
+      if (damping > 1e8) return false;
+    }
+  }
+  return false;
+}
+
+// A clipped lamp may be a large one or a bright one, and each has its own summit.
+bool LampFitter::climb_from_best(const FrameLight& light, std::span<const LampGuess> guesses,
+                                 bool several, bool radius_known, Sum& best) {
+  static constexpr std::array<double, 4> kShares{0.85, 0.4, 0.6, 0.15};
+  bool found = false;
+  double least = 0.0;
+  Vector best_parameters;
+  LampsFit best_result;
+  for (const double share : std::span(kShares).first(several ? kShares.size() : 1)) {
+    start(light, guesses, share, radius_known);
+    Sum sum;
+    if (!climb(light, guesses, sum)) continue;
+    judge(guesses);
+    double cost = sum.cost;
+    for (const Sample& sample : samples_) cost += std::log(sample.variance);
+    if (found && cost >= least) continue;
+    found = true;
+    least = cost;
+    best = std::move(sum);
+    best_parameters = parameters_;
+    best_result = result_;
+    if (!result_.bad_fit) break;
+  }
+  if (!found) return false;
+  set_parameters(best_parameters);
+  result_ = best_result;
+  return true;
+}
+
+// What is left over, averaged over rings and quarters about each lamp, against its own scatter
+// within them: noise has no shape, whatever its size.
+void LampFitter::judge(std::span<const LampGuess> guesses) {
+  constexpr std::size_t kRings = 6, kQuarters = 4, kBins = kRings * kQuarters;
+  struct Bin {
+    double n = 0.0, sum = 0.0;
+  };
+  std::vector<Bin> bins(kBins * guesses.size());
+  double square = 0.0, used = 0.0;
+  Vector unused(size());
+  for (const Sample& sample : samples_) {
+    if (sample.clipped) continue;
+    double by_wing_share;
+    const double left =
+        (sample.light - model(sample, unused, by_wing_share)) / std::sqrt(sample.variance);
+    square += left * left;
+    used += 1.0;
+    std::size_t nearest = 0;
+    double nearest_share = 1e9;
+    Eigen::Vector2d offset;
+    for (std::size_t i = 0; i < guesses.size(); ++i) {
+      const Eigen::Vector2d from =
+          Eigen::Vector2d(sample.u, sample.v) - parameters_.segment<2>(base(i) + 1);
+      const double inner = std::max(guesses[i].rim_px - 1.0, 0.0);
+      const double share = std::max(from.norm() - inner, 0.0) / (reach_px_[i] - inner);
+      if (share > nearest_share) continue;
+      nearest = i;
+      nearest_share = share;
+      offset = from;
+    }
+    const auto ring = std::min(static_cast<std::size_t>(nearest_share * kRings), kRings - 1);
+    const std::size_t quarter =
+        (offset.x() + offset.y() > 0.0 ? 1 : 0) + (offset.x() - offset.y() > 0.0 ? 2 : 0);
+    Bin& bin = bins[kBins * nearest + kQuarters * ring + quarter];
+    bin.n += 1.0;
+    bin.sum += left;
+  }
+  double shaped = 0.0, places = 0.0;
+  for (const Bin& bin : bins) {
+    if (bin.n < 4.0) continue;
+    shaped += bin.sum * bin.sum / bin.n;
+    places += 1.0;
+  }
+  const auto fitted = static_cast<double>(size());
+  result_.chi2_per_dof = square / std::max(used - fitted, 1.0);
+  const double scatter = (square - shaped) / std::max(used - places, 1.0);
+  const double dof = std::max(places - fitted, 1.0);
+  result_.bad_fit = shaped > chi2_limit(dof) * std::max(scatter, 1e-12);
+}
+
+const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGuess> guesses,
+                                bool radius_known) {
+  if (guesses.empty() || guesses.size() > kMostLamps)
+    throw std::invalid_argument("LampFitter: fits 1 to 4 lamps together, not " +
+                                std::to_string(guesses.size()));
+  for (const LampGuess& guess : guesses)
+    if (radius_known && !guess.radius_px)
+      throw std::invalid_argument("LampFitter: a known radius is not given");
+  result_ = {};
+  per_lamp_ = radius_known ? 3 : 4;
+  images_.assign(guesses.size(), image_);
+  smears_.assign(guesses.size(), {});
+  for (std::size_t i = 0; i < guesses.size(); ++i) {
+    // Gauss and Legendre, three points to each piece of at most 3 px.
+    const Eigen::Vector2d& motion_px = guesses[i].motion_px;
+    const double length_px = motion_px.norm();
+    if (length_px < 0.1) {
+      smears_[i].push_back({Eigen::Vector2d::Zero(), 1.0});
+      continue;
+    }
+    const int pieces = static_cast<int>(std::ceil(length_px / 3.0));
+    for (int piece = 0; piece < pieces; ++piece)
+      for (int node = -1; node <= 1; ++node) {
+        const double share = (piece + 0.5 + 0.3872983346207417 * node) / pieces - 0.5;
+        smears_[i].push_back({share * motion_px, (node == 0 ? 8.0 : 5.0) / 18.0 / pieces});
+      }
+  }
+  gather(light, guesses);
+  parameters_.resize(static_cast<Eigen::Index>(guesses.size()) * per_lamp_ + 1);
+  if (samples_.size() < 2 * static_cast<std::size_t>(size())) return result_;
+  const bool clips = std::any_of(guesses.begin(), guesses.end(),
+                                 [](const LampGuess& guess) { return guess.rim_px > 0.0; });
+  const bool told = std::all_of(guesses.begin(), guesses.end(),
+                                [](const LampGuess& guess) { return guess.radius_px.has_value(); });
+  Sum sum;
+  if (!climb_from_best(light, guesses, clips && !told, radius_known, sum)) return result_;
+
+  const Eigen::LDLT<Matrix> information(sum.information);
+  if (information.info() != Eigen::Success || !information.isPositive()) return result_;
+  const Matrix covariance =
+      information.solve(Matrix::Identity(size(), size())) * std::max(result_.chi2_per_dof, 1.0);
+  const Vector by_wings = information.solve(sum.by_wing_share) * wing_share_sigma_;
+  const auto sigma = [&](Eigen::Index i) {
+    return std::hypot(std::sqrt(std::max(covariance(i, i), 0.0)), by_wings[i]);
+  };
+  for (std::size_t i = 0; i < guesses.size(); ++i) {
+    const Eigen::Index at = base(i);
+    LampFit lamp;
+    lamp.flux = std::exp(parameters_[at]);
+    lamp.flux_sigma = lamp.flux * sigma(at);
+    lamp.centre_px = parameters_.segment<2>(at + 1);
+    lamp.centre_sigma_px = Eigen::Vector2d(sigma(at + 1), sigma(at + 2));
+    lamp.radius_px = images_[i].radius_px();
+    if (per_lamp_ == 4) lamp.radius_sigma_px = sigma(at + 3) / (2.0 * lamp.radius_px);
+    result_.lamps.push_back(lamp);
+  }
+  result_.background = parameters_[size() - 1];
+  result_.background_sigma = sigma(size() - 1);
+  return result_;
+}
+
+}  // namespace vildar

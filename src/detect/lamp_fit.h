@@ -1,0 +1,126 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "optics/disc_image.h"
+#include "types/frame.h"
+
+namespace vildar {
+
+/// How the light of a pixel scatters, in units of nominal white.
+struct PixelNoise {
+  double dark_variance = 0.0;  ///< of a pixel without light, rounding left out
+  double electrons = 20000.0;  ///< of a pixel at nominal white
+  /// Variance of rounding to whole codes at 0 .. 1, evenly spaced; at least one entry.
+  std::span<const float> rounding;
+
+  double variance(double light) const;
+};
+
+/// A frame's pixels as light. Pixels from `clip_code` on say only that their light is at least
+/// `clip_light`.
+struct FrameLight {
+  LumaView luma;
+  std::span<const float> linear;  ///< of each code; goes on below black
+  int clip_code = 255;
+  double clip_light = 1.0;
+  PixelNoise noise;
+};
+
+struct LampGuess {
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
+  double rim_px = 0.0;   ///< radius of the clipped area; 0 where nothing clips
+  double size_px = 1.0;  ///< standard deviation of what is seen about the centre, an axis
+  /// How far the picture moved during the exposure, px.
+  Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();
+  std::optional<double> radius_px;  ///< of the disc, from an earlier picture
+};
+
+struct LampFit {
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d centre_sigma_px = Eigen::Vector2d::Ones();
+  double radius_px = 0.0, radius_sigma_px = 0.0;  ///< of the disc; sigma 0 where it was known
+  double flux = 0.0, flux_sigma = 0.0;            ///< in units of one pixel at nominal white
+};
+
+struct LampsFit {
+  std::vector<LampFit> lamps;  ///< in the order of the guesses; empty where no fit was found
+  double background = 0.0, background_sigma = 0.0;
+  double chi2_per_dof = 0.0;  ///< of the pixels that do not clip; above 1 it has widened the sigmas
+  bool bad_fit = false;       ///< what is left over has a shape: not such lamps, or not such a PSF
+  int iterations = 0;
+};
+
+/// Lamps as discs behind a known point-spread function, on a level background: maximum likelihood
+/// of all pixels about them, those that clip as censored data (Tobin 1958). Keeps its buffers and
+/// tables; one thread at a time.
+class LampFitter {
+ public:
+  static constexpr std::size_t kMostLamps = 4;
+
+  /// `wing_share_sigma` of the PSF goes into the flux's sigma. Throws as DiscImage does.
+  explicit LampFitter(const PsfShape& psf, double wing_share_sigma = 0.0);
+
+  /// How far from its centre a lamp's pixels tell of it, px; see LampGuess.
+  static double reach_px(double rim_px, double size_px, double core_sigma_px);
+
+  /// Lamps that overlap, 1 to kMostLamps of them, fitted together. `radius_known` holds every disc
+  /// at its guess. Throws std::invalid_argument for another number of them, or a radius that is
+  /// known and not given.
+  const LampsFit& fit(const FrameLight& light, std::span<const LampGuess> guesses,
+                      bool radius_known);
+
+ private:
+  static constexpr int kMostParameters = 4 * static_cast<int>(kMostLamps) + 1;
+  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostParameters, 1>;
+  using Matrix =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostParameters, kMostParameters>;
+  struct Sample {
+    int u, v;
+    double light;
+    double variance;  // under the accepted parameters
+    bool clipped;
+  };
+  struct Sum {
+    Matrix information;
+    Vector score, by_wing_share;
+    double cost = 0.0;         // with the variances of its own parameters
+    double frozen_cost = 0.0;  // with those accepted last
+  };
+  struct Smear {
+    Eigen::Vector2d offset_px;
+    double weight;
+  };
+
+  void gather(const FrameLight& light, std::span<const LampGuess> guesses);
+  void start(const FrameLight& light, std::span<const LampGuess> guesses, double rim_share,
+             bool radius_known);
+  bool climb_from_best(const FrameLight& light, std::span<const LampGuess> guesses, bool several,
+                       bool radius_known, Sum& best);
+  void set_parameters(const Vector& parameters);
+  double model(const Sample& sample, Vector& gradient, double& by_wing_share) const;
+  Sum add_up(const FrameLight& light);
+  Vector step(const Sum& sum, double damping) const;
+  bool climb(const FrameLight& light, std::span<const LampGuess> guesses, Sum& sum);
+  void judge(std::span<const LampGuess> guesses);
+  Eigen::Index size() const { return parameters_.size(); }
+  Eigen::Index base(std::size_t lamp) const { return static_cast<Eigen::Index>(lamp) * per_lamp_; }
+
+  double wing_share_sigma_;
+  DiscImage image_;
+  std::vector<DiscImage> images_;           // of each lamp
+  std::vector<std::vector<Smear>> smears_;  // of each lamp
+  std::vector<double> reach_px_;
+  std::vector<Sample> samples_;
+  std::vector<double> trial_variance_, lights_;
+  // Of each lamp ln flux, centre and, where it is not known, the disc's radius squared; background.
+  Vector parameters_;
+  Eigen::Index per_lamp_ = 4;
+  LampsFit result_;
+};
+
+}  // namespace vildar

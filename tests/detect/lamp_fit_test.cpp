@@ -1,0 +1,131 @@
+#include "detect/lamp_fit.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "detect/lamp_pictures.h"
+#include "detect/linear_camera.h"
+
+namespace vildar {
+namespace {
+
+constexpr int kSize_px = 65;
+const PsfShape kGlare{0.9, 0.03, 2.0, 2.5};
+
+TEST(LampFit, FindsALampFarBeyondFullWell) {
+  const LinearCamera camera;
+  LampPictures pictures(kGlare, kSize_px);
+  Random random(20);
+  LampFitter fitter(kGlare);
+  constexpr int kTrials = 24;
+  for (const double times : {3.0, 50.0, 1000.0}) {
+    for (const double disc_px : {0.6, 4.0}) {
+      const double flux = pictures.flux(disc_px, times);
+      double error = 0.0, sigma2 = 0.0, worst_px = 0.0;
+      int flagged = 0;
+      for (int trial = 0; trial < kTrials; ++trial) {
+        const double u = 32.0 + random.uniform(-0.5, 0.5), v = 32.0 + random.uniform(-0.5, 0.5);
+        const FrameLight frame =
+            camera.expose(pictures.of({LampPictures::lamp(u, v, disc_px, flux)}), kSize_px, random);
+        const LampsFit& fit = fitter.fit(frame, {{guess_of(frame, 1.2)}}, false);
+        ASSERT_EQ(fit.lamps.size(), 1U) << times << " " << disc_px;
+        error += std::log(fit.lamps[0].flux / flux) / kTrials;
+        sigma2 += std::pow(fit.lamps[0].flux_sigma / fit.lamps[0].flux, 2) / kTrials;
+        worst_px = std::max(worst_px, (fit.lamps[0].centre_px - Eigen::Vector2d(u, v)).norm());
+        flagged += fit.bad_fit;
+      }
+      constexpr double kFourSigma = 4.0, kLeast = 0.002;  // tables of the renderer and of the fit
+      EXPECT_LT(std::abs(error), kFourSigma * std::sqrt(sigma2 / kTrials) + kLeast)
+          << times << " times white, disc " << disc_px;
+      EXPECT_LT(std::sqrt(sigma2), 0.03) << times << " times white, disc " << disc_px;
+      EXPECT_LT(worst_px, 0.03) << times << " times white, disc " << disc_px;
+      EXPECT_LE(flagged, 4) << times << " times white, disc " << disc_px;  // 1 % each
+    }
+  }
+}
+
+TEST(LampFit, TwoLampsThatRunTogetherAreToldApart) {
+  const LinearCamera camera;
+  LampPictures pictures(kGlare, kSize_px);
+  Random random(21);
+  LampFitter fitter(kGlare);
+  const double flux = pictures.flux(2.0, 40.0);
+  for (int trial = 0; trial < 8; ++trial) {
+    const Eigen::Vector2d left(28.0 + random.uniform(), 32.0 + random.uniform());
+    const Eigen::Vector2d right = left + Eigen::Vector2d(7.5, 0.4);
+    const FrameLight frame =
+        camera.expose(pictures.of({LampPictures::lamp(left.x(), left.y(), 2.0, flux),
+                                   LampPictures::lamp(right.x(), right.y(), 2.0, 1.5 * flux)}),
+                      kSize_px, random);
+    LampGuess one, other;
+    one.rim_px = other.rim_px = 3.5;
+    one.size_px = other.size_px = 2.0;
+    one.centre_px = left + Eigen::Vector2d(0.3, -0.2);
+    other.centre_px = right + Eigen::Vector2d(-0.3, 0.3);
+    const LampsFit& fit = fitter.fit(frame, {{one, other}}, false);
+    ASSERT_EQ(fit.lamps.size(), 2U);
+    EXPECT_LT((fit.lamps[0].centre_px - left).norm(), 0.06);
+    EXPECT_LT((fit.lamps[1].centre_px - right).norm(), 0.06);
+    for (const std::size_t i : {0U, 1U})
+      EXPECT_NEAR(fit.lamps[i].flux, (i == 0 ? 1.0 : 1.5) * flux, 5.0 * fit.lamps[i].flux_sigma);
+    EXPECT_LT(fit.lamps[0].flux_sigma, 0.03 * flux);
+  }
+}
+
+TEST(LampFit, MotionDuringTheExposureBiasesNothing) {
+  const LinearCamera camera;
+  LampPictures pictures(kGlare, kSize_px);
+  Random random(22);
+  LampFitter fitter(kGlare);
+  const double flux = pictures.flux(1.5, 30.0);
+  for (const Eigen::Vector2d& motion_px : {Eigen::Vector2d(2.5, 0.7), Eigen::Vector2d(-1.0, 4.0)}) {
+    Eigen::Vector2d bias = Eigen::Vector2d::Zero();
+    constexpr int kTrials = 12;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      LampImage lamp =
+          LampPictures::lamp(32.0 + random.uniform(), 32.0 + random.uniform(), 1.5, flux);
+      lamp.velocity_px_per_s = motion_px;
+      const FrameLight frame = camera.expose(pictures.of({lamp}), kSize_px, random);
+      LampGuess guess = guess_of(frame, 2.0);
+      guess.motion_px = motion_px;
+      const LampsFit& fit = fitter.fit(frame, {{guess}}, false);
+      ASSERT_EQ(fit.lamps.size(), 1U);
+      bias += (fit.lamps[0].centre_px - lamp.centre_px) / kTrials;
+      EXPECT_NEAR(fit.lamps[0].flux, flux, 5.0 * fit.lamps[0].flux_sigma + 0.003 * flux);
+    }
+    EXPECT_LT(bias.norm(), 0.01) << motion_px.transpose();
+  }
+}
+
+TEST(LampFit, WingsOfAnotherShapeAreFlagged) {
+  const LinearCamera camera;
+  LampPictures pictures(kGlare, kSize_px);
+  Random random(23);
+  PsfShape less = kGlare;
+  less.wing_exponent *= 1.2;
+  LampFitter fitter(less);
+  constexpr int kTrials = 20;
+  int flagged = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const LampImage lamp = LampPictures::lamp(32.0 + random.uniform(), 32.0 + random.uniform(), 3.0,
+                                              pictures.flux(3.0, 100.0));
+    const FrameLight frame = camera.expose(pictures.of({lamp}), kSize_px, random);
+    flagged += fitter.fit(frame, {{guess_of(frame, 2.0)}}, false).bad_fit;
+  }
+  EXPECT_GE(flagged, 17);
+}
+
+TEST(LampFit, RefusesWhatItCannotFit) {
+  const LinearCamera camera;
+  Random random(24);
+  LampFitter fitter(kGlare);
+  const FrameLight frame = camera.expose(std::vector<double>(100, 0.0), 10, random);
+  EXPECT_THROW(fitter.fit(frame, {}, false), std::invalid_argument);
+  EXPECT_THROW(fitter.fit(frame, std::vector<LampGuess>(5), false), std::invalid_argument);
+  EXPECT_THROW(fitter.fit(frame, {{LampGuess{}}}, true), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace vildar

@@ -1,0 +1,84 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/quantity.h"
+#include "detect/detector.h"
+#include "detect/lamp_pictures.h"
+#include "scene.h"
+
+namespace vildar {
+namespace {
+
+constexpr int kSize_px = 121;
+const PsfShape kGlare{0.9, 0.03, 2.0, 2.5};
+
+Frame frame_of(const std::vector<double>& light, std::uint64_t seed) {
+  scene::Picture picture(kSize_px, kSize_px, 0.01);
+  Random random(seed);
+  for (int v = 0; v < kSize_px; ++v)
+    for (int u = 0; u < kSize_px; ++u) {
+      double& here = picture.at(u, v);
+      here += light[static_cast<std::size_t>(v * kSize_px + u)];
+      here += random.normal(0.0, std::sqrt(here / DetectOptions{}.full_well_electrons));
+    }
+  return picture.frame8(0.6, seed + 1000);
+}
+
+TEST(LampMeter, MeasuresThePairOfAVehicleWhereItsPixelsClip) {
+  LampPictures pictures(kGlare, kSize_px);
+  Detector detector(DetectOptions{}, Response(), std::nullopt, PsfSite{kGlare, 0.0});
+  Detector without(DetectOptions{}, Response(), std::nullopt);
+  constexpr int kTrials = 12;
+  const double flux = pictures.flux(2.0, 60.0);
+  int seen = 0, fitted = 0;
+  double error = 0.0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const Eigen::Vector2d left(45.3 + 0.7 * trial, 60.2 + 0.1 * trial);
+    const Eigen::Vector2d right = left + Eigen::Vector2d(21.4, 0.3);
+    const Frame frame =
+        frame_of(pictures.of({LampPictures::lamp(left.x(), left.y(), 2.0, flux),
+                              LampPictures::lamp(right.x(), right.y(), 2.0, 0.8 * flux)}),
+                 static_cast<std::uint64_t>(50 + trial));
+    const BlobFrame found = detector.detect(frame);
+    for (const Blob& blob : found.blobs) {
+      if (blob.saturated_px == 0) continue;  // a speck of glare
+      ++seen;
+      const bool is_left = blob.centre_px.x() < 0.5 * (left + right).x();
+      const double truth = (is_left ? 1.0 : 0.8) * flux;
+      EXPECT_LT((blob.centre_px - (is_left ? left : right)).norm(), 0.1);
+      if (!blob.lamp) continue;
+      ++fitted;
+      error += blob.lamp->flux / truth - 1.0;
+      EXPECT_NEAR(blob.lamp->flux, truth, 5.0 * blob.lamp->flux_sigma);
+      EXPECT_LT(blob.lamp->flux_sigma, 0.05 * truth);
+      EXPECT_NEAR(blob.lamp->radius_px, 2.0, 0.2);
+      EXPECT_FALSE(has(blob.defects, Defect::bad_fit));
+    }
+    for (const Blob& blob : without.detect(frame).blobs) {
+      if (blob.saturated_px == 0) continue;
+      EXPECT_FALSE(blob.lamp);
+      EXPECT_LT(blob.flux, 0.5 * flux);
+      EXPECT_GE(blob.flux_sigma, blob.flux);
+    }
+  }
+  EXPECT_EQ(seen, 2 * kTrials);
+  EXPECT_GE(fitted, 2 * kTrials * 8 / 10);
+  EXPECT_LT(std::abs(error / fitted), 0.01);
+}
+
+TEST(LampMeter, WhatIsNoDiscIsMarkedAndKeepsItsPlainMeasures) {
+  // A bar of light, as a lit sign: no lamp has this picture.
+  std::vector<double> light(static_cast<std::size_t>(kSize_px * kSize_px), 0.0);
+  for (int v = 56; v < 65; ++v)
+    for (int u = 50; u < 64; ++u) light[static_cast<std::size_t>(v * kSize_px + u)] = 0.6;
+  Detector detector(DetectOptions{}, Response(), std::nullopt, PsfSite{kGlare, 0.0});
+  const BlobFrame found = detector.detect(frame_of(light, 7));
+  ASSERT_EQ(found.blobs.size(), 1U);
+  EXPECT_FALSE(found.blobs[0].lamp);
+  EXPECT_TRUE(has(found.blobs[0].defects, Defect::bad_fit));
+  EXPECT_NEAR(found.blobs[0].centre_px.x(), 56.5, 0.3);
+}
+
+}  // namespace
+}  // namespace vildar
