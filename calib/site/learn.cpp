@@ -157,15 +157,15 @@ SiteLearning learning_of(const Round& round, const Site& stated, const Site& pre
     LearnedQuantity quantity;
     quantity.key = population.key;
     quantity.angle = is_turn(population.kind);
-    quantity.before = {mean_for_file(population, population.mean.mean, *present.camera),
-                       population.stated_std};
+    quantity.before = {mean_for_file(population, population.stated.mean, *present.camera),
+                       population.stated.std};
     quantity.passes = passes_of(k, round);
     const auto own = static_cast<Eigen::Index>(k);
-    quantity.mean_std = std::sqrt(round.learned.covariance(own, own));
-    quantity.spread = population.spread;
+    quantity.mean_std = population.per_step() * std::sqrt(round.learned.covariance(own, own));
+    quantity.spread = population.per_step() * population.spread;
     quantity.after = quantity.before;
     if (quantity.passes >= kFewestPasses) {
-      quantity.after = {mean_for_file(population, population.present, *present.camera),
+      quantity.after = {mean_for_file(population, population.mean_value(), *present.camera),
                         std_for_file(population, stds[k], *stated.camera)};
       stated_in(learning.site, population) = quantity.after;
     }

@@ -19,14 +19,24 @@ constexpr double kKnown_m = 0.001;
 constexpr double kTurnSpread_rad = 5e-5;
 constexpr double kTurnWeight = 1.0;
 
+// Mean of the logarithm of a quantity that scatters by a relative spread about its own mean.
+double log_mean(double mean, double relative_spread) {
+  return std::log(mean) - 0.5 * relative_spread * relative_spread;
+}
+
+// A length is learned where its sign and scale are clear: this many sigmas from nought.
+constexpr double kClearOfNought = 4.0;
+
 // A length's population from what the site states of vehicles and of the camera's own place.
 Population length(std::string key, Shared kind, Uncertain stated_m, double camera_std_m) {
   Population population;
   population.key = std::move(key);
   population.kind = kind;
-  population.stated_std = stated_m.std;
-  population.mean = {stated_m.mean, std::hypot(std::sqrt(kSiteShare) * stated_m.std, camera_std_m)};
-  population.likely_spread = std::max(std::sqrt(1.0 - kSiteShare) * stated_m.std, kKnown_m);
+  population.stated = stated_m;
+  const double size_m = std::abs(stated_m.mean);
+  population.likely_spread = std::sqrt(1.0 - kSiteShare) * stated_m.std / size_m;
+  population.mean = {log_mean(size_m, population.likely_spread),
+                     std::hypot(std::sqrt(kSiteShare) * stated_m.std, camera_std_m) / size_m};
   population.spread_weight = kLengthWeight;
   return population;
 }
@@ -36,6 +46,11 @@ double without(double std, double part_std) {
 }
 
 }  // namespace
+
+double Population::mean_value() const {
+  if (is_turn(kind)) return present;
+  return std::copysign(std::exp(present + 0.5 * spread * spread), stated.mean);
+}
 
 PopulationList::PopulationList(Site stated, Site present)
     : stated_(std::move(stated)), present_(std::move(present)) {}
@@ -56,12 +71,15 @@ Pass PopulationList::pass_of(std::size_t track, LampKind kind, const Trajectory&
   pass.path = trajectory.fit.parameters;
   pass.free = free_parameters(trajectory.problem);
   MetricPriors& priors = pass.problem.priors;
+  const MetricPriors own_priors = priors;
   const CameraSite& camera = *stated_.camera;
   const auto take = [&](std::optional<Uncertain>& prior, Population population, double extra_std) {
     // A length called known stays a prior of the pass alone.
-    if (!(population.stated_std > kKnown_m)) return;
-    population.tail = kind == LampKind::taillamp;
+    if (!(population.stated.std > kKnown_m)) return;
+    const double std_m = prior->std;
     prior.reset();
+    if (!(std::abs(population.stated.mean) > kClearOfNought * std_m)) return;
+    population.tail = kind == LampKind::taillamp;
     pass.members.push_back({index_of(population), extra_std});
   };
   const std::string lamps = kind == LampKind::taillamp ? "lamps.tail_" : "lamps.";
@@ -87,8 +105,10 @@ Pass PopulationList::pass_of(std::size_t track, LampKind kind, const Trajectory&
     const double extra_std_m =
         pass.problem.pairs ? 0.0
                            : without(priors.lateral_m->std, std::hypot(lane_std_m, camera_std_m));
-    take(priors.lateral_m, population, extra_std_m);
+    take(priors.lateral_m, population, extra_std_m / std::abs(priors.lateral_m->mean));
   }
+  // A pass that shares no length keeps what fixes its scale to itself.
+  if (pass.members.empty()) priors = own_priors;
   const std::array<const char*, 3> keys{"camera.yaw_deg", "camera.pitch_deg", "camera.roll_deg"};
   const std::array<const Uncertain*, 3> stated_rad{&camera.yaw_rad, &camera.pitch_rad,
                                                    &camera.roll_rad};
@@ -98,10 +118,10 @@ Pass PopulationList::pass_of(std::size_t track, LampKind kind, const Trajectory&
     priors.turn_rad[axis] = {};
     if (!(stated_rad[axis]->std > 0.0)) continue;
     Population population;
-    population.stated_std = stated_rad[axis]->std;
     population.key = keys[axis];
     population.kind = static_cast<Shared>(static_cast<std::size_t>(Shared::yaw) + axis);
-    population.mean = {stated_rad[axis]->mean - present_rad[axis]->mean, stated_rad[axis]->std};
+    population.stated = {stated_rad[axis]->mean - present_rad[axis]->mean, stated_rad[axis]->std};
+    population.mean = population.stated;
     population.likely_spread = kTurnSpread_rad;
     population.spread_weight = kTurnWeight;
     pass.members.push_back({index_of(population), 0.0});

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -12,14 +13,17 @@ namespace vildar {
 enum class Shared { drop, separation, lateral, yaw, pitch, roll };
 constexpr bool is_turn(Shared kind) { return kind >= Shared::yaw; }
 
-/// Value of a shared quantity on a path; metres, or radians from the present mean pose.
+/// Value of a shared quantity on a path: ln of a length in metres (as all lengths of a path grow
+/// together, in their logarithms that is one step for all, which favours no scale), or radians from
+/// the present mean pose.
 template <class T>
 T shared_value(Shared kind, const T* path) {
-  using std::exp;
+  using std::abs;
+  using std::log;
   switch (kind) {
-    case Shared::drop: return exp(path[kLogScale]) * path[kDrop];
-    case Shared::separation: return exp(path[kLogScale] + path[kLogSeparation]);
-    case Shared::lateral: return exp(path[kLogScale]) * path[kLateral];
+    case Shared::drop: return path[kLogScale] + log(abs(path[kDrop]));
+    case Shared::separation: return path[kLogScale] + path[kLogSeparation];
+    case Shared::lateral: return path[kLogScale] + log(abs(path[kLateral]));
     case Shared::yaw: return path[kYaw];
     case Shared::pitch: return path[kPitch];
     case Shared::roll: return path[kRoll];
@@ -27,18 +31,23 @@ T shared_value(Shared kind, const T* path) {
   return T(0.0);
 }
 
-/// The vehicles of a site as regards one quantity: normal with unknown mean and spread.
+/// The vehicles of a site as regards one quantity: their shared_value is normal with unknown mean
+/// and spread.
 struct Population {
   std::string key;  ///< of the site file
   Shared kind = Shared::drop;
   bool tail = false;           ///< of vehicles that show tail lamps
   std::string lane;            ///< of a lateral offset
-  double stated_std = 0.0;     ///< in the site file; of a length, without the camera's own place
+  Uncertain stated;            ///< of a vehicle, metres or radians from the present mean pose
   Uncertain mean;              ///< prior
   double likely_spread = 0.0;  ///< prior of the spread, worth `spread_weight` passes
   double spread_weight = 0.0;
   double spread = 0.0;   ///< present estimate
   double present = 0.0;  ///< present estimate of the mean
+
+  /// Mean of the quantity itself, and what a small step of its shared_value is worth there.
+  double mean_value() const;
+  double per_step() const { return is_turn(kind) ? 1.0 : std::abs(mean_value()); }
 };
 
 /// A pass's part in a population; what else than the spread parts it from the mean.

@@ -14,7 +14,7 @@ const Population& at(const std::vector<Population>& populations, Eigen::Index in
 }
 
 // What a set of lengths tells of ln scale where only spreads count, and the variance that the
-// means' errors add to an estimate that trusts it. Value and sigma of a length scale together.
+// means' errors add to an estimate that trusts it.
 struct ScaleOfSet {
   double information = 0.0;
   double common_variance = 0.0;
@@ -23,17 +23,12 @@ struct ScaleOfSet {
 ScaleOfSet scale_of(const Set& set, const std::vector<Population>& populations,
                     const Eigen::MatrixXd& covariance) {
   Eigen::VectorXd pull(static_cast<Eigen::Index>(set.size()));
-  ScaleOfSet scale;
   for (std::size_t i = 0; i < set.size(); ++i) {
-    const Population& population = at(populations, set[i]);
-    pull[static_cast<Eigen::Index>(i)] =
-        population.present / (population.spread * population.spread);
-    scale.information += population.present * pull[static_cast<Eigen::Index>(i)];
+    const double spread = at(populations, set[i]).spread;
+    pull[static_cast<Eigen::Index>(i)] = 1.0 / (spread * spread);
   }
-  if (scale.information > 0.0)
-    scale.common_variance =
-        pull.dot(covariance(set, set) * pull) / (scale.information * scale.information);
-  return scale;
+  const double information = pull.sum();
+  return {information, pull.dot(covariance(set, set) * pull) / (information * information)};
 }
 
 // All sets of one length of each sort that one vehicle may have.
@@ -77,7 +72,7 @@ std::vector<double> stated_stds(const std::vector<Population>& populations,
   }
   std::vector<double> stds;
   for (std::size_t k = 0; k < populations.size(); ++k)
-    stds.push_back(populations[k].spread * std::sqrt(widening[k]));
+    stds.push_back(populations[k].per_step() * populations[k].spread * std::sqrt(widening[k]));
   return stds;
 }
 
