@@ -52,6 +52,29 @@ Rails rails_of(const std::vector<float>& values, PowerQuantity quantity,
   return {.low = -rail, .high = rail, .known = true};
 }
 
+/// Share of the samples between the ends that equal their neighbour: how much the converter hides.
+double share_of_equals(const std::vector<float>& values, float lowest, float highest) {
+  std::size_t equal = 0, all = 0;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (values[i] == lowest || values[i] == highest) continue;
+    equal += values[i] == values[i - 1] ? 1 : 0;
+    ++all;
+  }
+  return all > 0 ? static_cast<double>(equal) / static_cast<double>(all) : 1.0;
+}
+
+void mark_runs(const std::vector<float>& values, float end_value, std::size_t least,
+               std::vector<bool>& found) {
+  for (std::size_t i = 0; i < values.size();) {
+    std::size_t end = i;
+    while (end < values.size() && values[end] == end_value) ++end;
+    if (end - i >= least)
+      std::fill(found.begin() + static_cast<std::ptrdiff_t>(i),
+                found.begin() + static_cast<std::ptrdiff_t>(end), true);
+    i = std::max(end, i + 1);
+  }
+}
+
 /// Whether each sample is clipped.
 std::vector<bool> clipped(const std::vector<float>& values, const Rails& rails) {
   std::vector<bool> found(values.size(), false);
@@ -60,14 +83,16 @@ std::vector<bool> clipped(const std::vector<float>& values, const Rails& rails) 
     found[i] = values[i] <= rails.low || values[i] >= rails.high;
   const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
   if (rails.known || *lowest == *highest) return found;
-  for (std::size_t i = 0; i < values.size();) {
-    std::size_t end = i;
-    while (end < values.size() && values[end] == *highest) ++end;
-    if (end - i >= kFlatRun)
-      std::fill(found.begin() + static_cast<std::ptrdiff_t>(i),
-                found.begin() + static_cast<std::ptrdiff_t>(end), true);
-    i = std::max(end, i + 1);
-  }
+  // As many equal samples in a row as chance gives in one trace of a thousand.
+  constexpr double kLeastShare = 0.01, kMostShare = 0.97, kChance = 1e-3;
+  const double equals = share_of_equals(values, *lowest, *highest);
+  const double chance = std::log(kChance / static_cast<double>(values.size())) /
+                        std::log(std::clamp(equals, kLeastShare, kMostShare));
+  const std::size_t least = std::max(kFlatRun, 1 + static_cast<std::size_t>(std::ceil(chance)));
+  mark_runs(values, *highest, least, found);
+  // A converter coarser than the noise shows the dark as one flat line.
+  constexpr double kFine = 0.5;
+  if (equals < kFine) mark_runs(values, *lowest, least, found);
   return found;
 }
 

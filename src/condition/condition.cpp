@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "condition/clean_samples.h"
+#include "condition/drift.h"
+#include "condition/flicker.h"
 #include "condition/negative_samples.h"
 #include "condition/noise.h"
 #include "core/error.h"
@@ -74,6 +76,8 @@ std::vector<PowerTrace> condition(const PhotodiodeRecording& recording, const Si
       trace.rejected["negative"] = negative;
       set_levels(trace);
     }
+    if (remove_flicker(trace, site.mains_hz); trace.flicker_w > 0.0) set_levels(trace);
+    remove_drift(trace);
     traces.push_back(std::move(trace));
   }
   return traces;

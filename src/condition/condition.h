@@ -17,8 +17,9 @@ namespace vildar {
 /// increasing;
 /// - `clipped`: samples at an end of the range. The ends come from `full_scale_v`, for
 /// whole-numbered counts also
-///   from 0 and from a maximum that is the top code of a converter; where neither is known, a run
-///   of 5 or more exactly equal samples at the trace's maximum counts as clipped;
+///   from 0 and from a maximum that is the top code of a converter; where neither is known, runs
+///   of 5 or more exactly equal samples at the trace's maximum or minimum count as clipped, longer
+///   ones where the converter makes neighbours equal anyhow (its minimum then counts as dark);
 /// - `negative`: samples below zero by far more than the noise and the darkest part explain.
 ///
 /// `ambient_w` is the level of the darkest part of the trace in 50 ms means (whole periods of 100
@@ -35,9 +36,9 @@ std::vector<PowerBlock> block_means(const PowerTrace& trace, double from_s, doub
                                     double block_s);
 
 /// Stretches in which light stands out of the ambient level: 20 ms means (longer below 200 Hz)
-/// above ambient by 6 sigma of a mean and 2 % of the trace's range, followed on both sides down to
-/// half of that, at least 0.1 s long. One stretch is split where, between two maxima, light falls
-/// below 0.4 of the lower of them; a gap of more than 1 s ends it. In order of time, not
+/// above ambient by 6 sigma of a mean and 2 % of the brightest within 30 s, followed on both sides
+/// down to half of that, at least 0.1 s long. One stretch is split where, between two maxima, light
+/// falls below 0.4 of the lower of them; a gap of more than 1 s ends it. In order of time, not
 /// overlapping.
 std::vector<PowerPass> find_passes(const PowerTrace& trace);
 

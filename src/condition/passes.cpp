@@ -3,6 +3,7 @@
 
 #include "condition/condition.h"
 #include "condition/noise.h"
+#include "condition/sliding.h"
 
 namespace vildar {
 namespace {
@@ -11,8 +12,10 @@ constexpr double kBlock_s = 0.02;  // two periods of 100 Hz flicker
 constexpr double kLeastSamples = 4.0;
 constexpr double kSigmas = 6.0;
 constexpr double kShareOfRange = 0.02;
+constexpr double kRangeReach_s = 30.0;
 constexpr double kFollowDownTo = 0.5;  // of the threshold
 constexpr double kShortest_s = 0.1;
+constexpr double kShortestDark_s = 0.3;
 constexpr double kLongestGap_s = 1.0;
 constexpr double kDeepMinimum = 0.4;  // of the lower maximum: pitching and beam patterns stay above
 
@@ -27,7 +30,7 @@ struct Light {
   std::vector<PowerBlock> blocks;
   std::vector<double> above_w;  ///< above ambient
   double sigma_w = 0.0;         ///< of one block in the dark, flicker included
-  double threshold_w = 0.0;
+  std::vector<double> threshold_w;
 };
 
 Light light_in(const PowerTrace& trace) {
@@ -47,8 +50,11 @@ Light light_in(const PowerTrace& trace) {
   std::vector<double> sorted = light.above_w;
   const double scatter_w = -quantile_of(sorted, kLowest) / kSigmasAtLowest;
   light.sigma_w = std::max(median_of(sigmas_w), scatter_w);
-  const double range_w = *std::max_element(light.above_w.begin(), light.above_w.end());
-  light.threshold_w = std::max(kSigmas * light.sigma_w, kShareOfRange * range_w);
+  std::vector<double> times_s;
+  for (const PowerBlock& block : light.blocks) times_s.push_back(block.time_s);
+  light.threshold_w = sliding_maximum(times_s, light.above_w, kRangeReach_s);
+  for (double& threshold_w : light.threshold_w)
+    threshold_w = std::max(kSigmas * light.sigma_w, kShareOfRange * threshold_w);
   return light;
 }
 
@@ -58,19 +64,26 @@ bool gap_before(const Light& light, std::size_t i) {
 
 std::vector<Stretch> stretches_of(const Light& light) {
   std::vector<Stretch> found;
-  const double low_w = kFollowDownTo * light.threshold_w;
+  const auto low_w = [&](std::size_t i) { return kFollowDownTo * light.threshold_w[i]; };
   const std::size_t count = light.blocks.size();
   for (std::size_t i = 0; i < count; ++i) {
-    if (!(light.above_w[i] > light.threshold_w)) continue;
+    if (!(light.above_w[i] > light.threshold_w[i])) continue;
     Stretch stretch{i, i};
-    while (stretch.first > 0 && light.above_w[stretch.first - 1] > low_w &&
+    while (stretch.first > 0 && light.above_w[stretch.first - 1] > low_w(stretch.first - 1) &&
            !gap_before(light, stretch.first))
       --stretch.first;
-    while (stretch.last + 1 < count && light.above_w[stretch.last + 1] > low_w &&
+    while (stretch.last + 1 < count && light.above_w[stretch.last + 1] > low_w(stretch.last + 1) &&
            !gap_before(light, stretch.last + 1))
       ++stretch.last;
     i = stretch.last;
-    found.push_back(stretch);
+    // What noise alone has parted is one again; where light falls deep, parts_of() cuts.
+    const bool goes_on = !found.empty() && light.blocks[stretch.first].time_s -
+                                                   light.blocks[found.back().last].time_s <
+                                               kShortestDark_s;
+    if (goes_on)
+      found.back().last = stretch.last;
+    else
+      found.push_back(stretch);
   }
   return found;
 }
@@ -100,6 +113,19 @@ std::vector<Stretch> parts_of(const Light& light, Stretch whole) {
   return parts;
 }
 
+/// Least light above ambient after block `peak`, when its vehicle is past, for a second or until it
+/// rises again.
+double light_after_w(const Light& light, std::size_t peak) {
+  constexpr double kPast_s = 1.0, kRise = 1.5;
+  double least_w = light.above_w[peak];
+  for (std::size_t i = peak;
+       i < light.blocks.size() && light.blocks[i].time_s < light.blocks[peak].time_s + kPast_s &&
+       light.above_w[i] < kRise * least_w + kSigmas * light.sigma_w;
+       ++i)
+    least_w = std::min(least_w, light.above_w[i]);
+  return std::max(0.0, least_w);
+}
+
 /// A part from its first block's beginning to its last one's end. Where stamps are uneven those are
 /// not exact; the middle between two blocks is the limit, so that neighbours do not overlap.
 PowerPass pass_of(const Light& light, Stretch part) {
@@ -114,6 +140,7 @@ PowerPass pass_of(const Light& light, Stretch part) {
   PowerPass pass{.from_s = first.time_s - 0.5 * first.duration_s,
                  .to_s = last.time_s + 0.5 * last.duration_s,
                  .peak_s = light.blocks[static_cast<std::size_t>(peak - begin)].time_s};
+  pass.others_w = light_after_w(light, static_cast<std::size_t>(peak - begin));
   if (part.first > 0) pass.from_s = std::max(pass.from_s, middle_s(part.first));
   if (part.last + 1 < light.blocks.size()) pass.to_s = std::min(pass.to_s, middle_s(part.last + 1));
   return pass;
@@ -125,7 +152,7 @@ std::vector<PowerPass> find_passes(const PowerTrace& trace) {
   std::vector<PowerPass> passes;
   if (trace.time_s.size() < 2) return passes;
   const Light light = light_in(trace);
-  if (light.blocks.empty() || !(light.threshold_w > 0.0)) return passes;
+  if (light.blocks.empty()) return passes;
   for (const Stretch& whole : stretches_of(light)) {
     for (const Stretch& part : parts_of(light, whole)) {
       const PowerPass pass = pass_of(light, part);

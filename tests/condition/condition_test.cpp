@@ -190,6 +190,26 @@ TEST(Condition, AFlatTopIsClippedWhereNoRangeIsKnown) {
                   .rejected.empty());
 }
 
+TEST(Condition, AFlatBottomIsClippedButNotTheDarkOfACoarseConverter) {
+  const auto clipped = [](std::vector<float> values) {
+    const std::size_t count = values.size();
+    const PowerTrace trace =
+        condition(recording_of(PowerQuantity::power_w, steady_times(count), std::move(values)),
+                  site_with({"pd0"}))
+            .at(0);
+    const auto found = trace.rejected.find("clipped");
+    return found == trace.rejected.end() ? 0.0 : static_cast<double>(found->second);
+  };
+  std::int64_t cut = 0;
+  std::vector<float> turned = cut_wave(1700.0, cut);
+  for (float& value : turned) value = 3000.0F - value;
+  EXPECT_NEAR(clipped(turned), static_cast<double>(cut), 0.05 * static_cast<double>(cut));
+  std::vector<float> coarse;
+  for (int k = 0; k < 2000; ++k)
+    coarse.push_back(static_cast<float>(std::round(k > 1500 ? 0.02 * (k - 1500) : 1.0)));
+  EXPECT_EQ(clipped(coarse), 0.0);
+}
+
 TEST(Condition, SamplesAtEitherEndOfAKnownRangeAreClipped) {
   Site site = site_with({"pd0"});
   PhotodiodeSite& pd = site.photodiodes[0];

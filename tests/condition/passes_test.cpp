@@ -80,6 +80,17 @@ TEST(FindPasses, VehiclesInAQueueAreParted) {
   EXPECT_LE(passes[1].to_s, passes[2].from_s + 1e-9);
 }
 
+TEST(FindPasses, TheLightOfThoseBehindIsTold) {
+  Random random(7);
+  const std::vector<PowerPass> passes = find_passes(trace_of({.vehicles_s = {8.0, 10.0}}, random));
+  ASSERT_EQ(passes.size(), 2U);
+  // When the first is past, the second is 2 s or 30 m from being abreast, and comes nearer by 0.3 m
+  // in a block.
+  const double behind_w = 1.0 / (30.0 * 30.0 + 25.0);
+  EXPECT_NEAR(passes[0].others_w, behind_w, 0.05 * behind_w + 5.0 * kSigma_w / std::sqrt(20.0));
+  EXPECT_NEAR(passes[1].others_w, 0.0, 5.0 * kSigma_w / std::sqrt(20.0));
+}
+
 TEST(FindPasses, AGapWithinAPassDoesNotPartIt) {
   Random random(4);
   const auto lost = [](double time_s) { return time_s > 5.0 && time_s < 5.4; };

@@ -1,0 +1,232 @@
+#include "condition/flicker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <span>
+
+#include "condition/line_blocks.h"
+#include "condition/noise.h"
+#include "core/quantity.h"
+
+namespace vildar {
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr int kMultiples = 8;
+constexpr double kMostWander_hz = 0.2;
+constexpr std::size_t kStretch = 100;  // blocks in which a frequency is looked for
+constexpr std::size_t kFewest = 20;    // blocks
+constexpr double kMostOff_hz = 0.3;    // of the mains
+constexpr double kMostStretches = 20.0;
+
+double median_magnitude(std::span<const Complex> amplitudes) {
+  std::vector<double> magnitudes;
+  for (const Complex& amplitude : amplitudes)
+    if (amplitude != 0.0) magnitudes.push_back(std::abs(amplitude));
+  return magnitudes.empty() ? 0.0 : median_of(magnitudes);
+}
+
+/// Makes no magnitude larger than `most`, so that a vehicle's edge does not count for more than the
+/// flicker does.
+void tame(std::span<Complex> amplitudes, double most) {
+  for (Complex& amplitude : amplitudes)
+    if (std::abs(amplitude) > most) amplitude *= most / std::abs(amplitude);
+}
+constexpr double kMostMedians = 1.5;
+
+/// Amplitudes of blocks [first, first + size) as they are at one frequency through all of them.
+class Stretch {
+ public:
+  Stretch(const LineBlocks& lines, double frequency_hz, std::span<const double> others_hz,
+          std::size_t first, std::size_t last)
+      : amplitudes_(lines.amplitudes(frequency_hz, others_hz, first, last)) {
+    tame(amplitudes_, kMostMedians * median_magnitude(amplitudes_));
+    for (std::size_t j = first; j < last; ++j) {
+      const double time_s = lines.blocks()[j].time_s - lines.blocks()[first].time_s;
+      times_s_.push_back(time_s);
+      amplitudes_[j - first] *= std::polar(1.0, -2.0 * kPi * frequency_hz * time_s);
+    }
+  }
+
+  /// Squared sum at a frequency that is `off_hz` higher.
+  double power(double off_hz) const {
+    Complex sum = 0.0;
+    for (std::size_t j = 0; j < times_s_.size(); ++j)
+      sum += amplitudes_[j] * std::polar(1.0, -2.0 * kPi * off_hz * times_s_[j]);
+    return std::norm(sum);
+  }
+
+  double length_s() const { return times_s_.back(); }
+
+ private:
+  std::vector<double> times_s_;
+  std::vector<Complex> amplitudes_;
+};
+
+struct Peak {
+  double off_hz = 0.0;
+  double power = 0.0;
+  double over_floor = 0.0;  ///< power over the median of that at other frequencies nearby
+};
+
+Peak find_peak(const Stretch& stretch, double reach_hz) {
+  constexpr double kFloorFrom_hz = 1.5, kFloorTo_hz = 4.5;
+  const double step_hz = 0.25 / stretch.length_s();
+  std::vector<double> floor;
+  for (double off_hz = kFloorFrom_hz; off_hz < kFloorTo_hz; off_hz += 2.0 * step_hz)
+    for (const double side : {-1.0, 1.0}) floor.push_back(stretch.power(side * off_hz));
+  Peak peak{.power = -1.0};
+  for (double off_hz = -reach_hz; off_hz <= reach_hz; off_hz += step_hz)
+    if (const double power = stretch.power(off_hz); power > peak.power) {
+      peak.power = power;
+      peak.off_hz = off_hz;
+    }
+  // A parabola through the top.
+  const double below = stretch.power(peak.off_hz - step_hz);
+  const double above = stretch.power(peak.off_hz + step_hz);
+  const double bend = below - 2.0 * peak.power + above;
+  if (bend < 0.0) peak.off_hz += std::clamp(0.5 * (below - above) / bend, -1.0, 1.0) * step_hz;
+  const double median = median_of(floor);
+  peak.over_floor = median > 0.0 ? peak.power / median : 0.0;
+  return peak;
+}
+
+/// Stretches spread evenly over the trace, as first blocks; all of a short one.
+std::vector<std::size_t> stretches_of(std::size_t blocks) {
+  if (blocks <= kStretch) return {0};
+  const double all = static_cast<double>(blocks / kStretch);
+  const double count = std::min(all, kMostStretches);
+  std::vector<std::size_t> first;
+  for (double i = 0.0; i < count; ++i)
+    first.push_back(static_cast<std::size_t>(i * all / count) * kStretch);
+  return first;
+}
+
+/// One multiple of a mains frequency as the trace has it.
+struct Line {
+  double power = 0.0;   ///< of the stretch that shows it most; 0: none does
+  double off_hz = 0.0;  ///< median over the stretches that show it
+};
+
+Line look_for(const LineBlocks& lines, double frequency_hz, std::span<const double> others_hz,
+              double reach_hz) {
+  constexpr double kClear = 30.0;  // noise alone: one in ten million
+  Line line;
+  if (!lines.visible(frequency_hz)) return line;
+  std::vector<double> offs_hz;
+  for (const std::size_t first : stretches_of(lines.blocks().size())) {
+    const std::size_t last = std::min(first + kStretch, lines.blocks().size());
+    const Peak peak = find_peak(Stretch(lines, frequency_hz, others_hz, first, last), reach_hz);
+    if (peak.over_floor < kClear) continue;
+    line.power = std::max(line.power, peak.power);
+    offs_hz.push_back(peak.off_hz);
+  }
+  if (!offs_hz.empty()) line.off_hz = median_of(offs_hz);
+  return line;
+}
+
+struct Mains {
+  double frequency_hz = 0.0;  ///< as found
+  double power = 0.0;         ///< 0: it does not show
+};
+
+Mains look_for_mains(const LineBlocks& lines, double nominal_hz) {
+  Mains mains;
+  for (const int multiple : {2, 1}) {
+    const Line line = look_for(lines, multiple * nominal_hz, {}, multiple * kMostOff_hz);
+    if (line.power > mains.power) mains = {nominal_hz + line.off_hz / multiple, line.power};
+  }
+  return mains;
+}
+
+/// Amplitudes of all blocks averaged over half a second to either side, each side turned by how far
+/// the frequency is off there.
+std::vector<Complex> followed(const LineBlocks& lines, double frequency_hz,
+                              std::span<const double> others_hz) {
+  constexpr std::size_t kReach = 5, kTamed = 30;
+  const std::size_t n = lines.blocks().size();
+  std::vector<Complex> found = lines.amplitudes(frequency_hz, others_hz, 0, n);
+  const auto stretch = [&](std::size_t index) {
+    const std::size_t first = index * kTamed;
+    return std::span(found).subspan(first, std::min(kTamed, n - first));
+  };
+  std::vector<double> usual;
+  for (std::size_t i = 0; i * kTamed < n; ++i) usual.push_back(median_magnitude(stretch(i)));
+  for (std::size_t i = 0; i < usual.size(); ++i)
+    tame(stretch(i), kMostMedians * std::max({usual[i], usual[i > 0 ? i - 1 : i],
+                                              usual[std::min(i + 1, usual.size() - 1)]}));
+  const auto turn = [&](std::size_t from, std::size_t to) {
+    return std::polar(
+        1.0, -2.0 * kPi * frequency_hz * (lines.blocks()[from].time_s - lines.blocks()[to].time_s));
+  };
+  // How the phase goes on from block to block, in the mean over a stretch of some seconds.
+  std::vector<Complex> step(n);
+  for (std::size_t j = 0; j + 1 < n; ++j)
+    step[j] = found[j + 1] * turn(j + 1, j) * std::conj(found[j]);
+  std::vector<Complex> mean(n);
+  Complex step_sum = 0.0;
+  std::size_t begin = 0, end = 0;
+  for (std::size_t j = 0; j < n; ++j) {
+    while (end < std::min(n, j + kTamed)) step_sum += step[end++];
+    while (begin + kTamed < j) step_sum -= step[begin++];
+    const double per_block_rad = std::arg(step_sum);
+    Complex sum = 0.0;
+    double count = 0.0;
+    const std::size_t last = std::min(n - 1, j + kReach);
+    for (std::size_t k = j > kReach ? j - kReach : 0; k <= last; ++k) {
+      if (found[k] == 0.0) continue;
+      const double off = static_cast<double>(k) - static_cast<double>(j);
+      sum += found[k] * turn(k, j) * std::polar(1.0, -per_block_rad * off);
+      count += 1.0;
+    }
+    if (count > 0.0) mean[j] = sum / count;
+  }
+  return mean;
+}
+
+std::vector<double> without(std::vector<double> frequencies_hz, double frequency_hz) {
+  std::erase(frequencies_hz, frequency_hz);
+  return frequencies_hz;
+}
+
+}  // namespace
+
+void remove_flicker(PowerTrace& trace, double mains_hz) {
+  if (!(trace.sample_period_s > 0.0) || trace.time_s.size() < kFewest) return;
+  const LineBlocks lines(trace);
+  if (lines.blocks().size() < kFewest || !lines.visible(2.0 * mains_hz)) return;
+  // A strong flicker that is a little off shows in the other's place too: the stronger one is it.
+  Mains mains;
+  for (const double nominal_hz : {mains_hz, 50.0, 60.0}) {
+    const Mains found = look_for_mains(lines, nominal_hz);
+    if (found.power > mains.power) mains = found;
+  }
+  if (mains.power == 0.0) return;
+  std::vector<double> candidates_hz, found_hz;
+  for (int multiple = 1; multiple <= kMultiples; ++multiple) {
+    const double frequency_hz = multiple * mains.frequency_hz;
+    if (lines.visible(frequency_hz) &&
+        std::all_of(candidates_hz.begin(), candidates_hz.end(),
+                    [&](double other_hz) { return lines.distinct(frequency_hz, other_hz); }))
+      candidates_hz.push_back(frequency_hz);
+  }
+  for (const double frequency_hz : candidates_hz)
+    if (look_for(lines, frequency_hz, without(candidates_hz, frequency_hz), kMostWander_hz).power >
+        0.0)
+      found_hz.push_back(frequency_hz);
+  std::vector<std::vector<Complex>> amplitudes;
+  for (const double frequency_hz : found_hz)
+    amplitudes.push_back(followed(lines, frequency_hz, without(found_hz, frequency_hz)));
+  double square_w2 = 0.0;
+  for (std::size_t i = 0; i < found_hz.size(); ++i) {
+    square_w2 += std::pow(median_magnitude(amplitudes[i]), 2);
+    lines.subtract(found_hz[i], amplitudes[i], trace);
+  }
+  if (found_hz.empty()) return;
+  trace.mains_hz = mains.frequency_hz;
+  trace.flicker_w = std::sqrt(square_w2);
+}
+
+}  // namespace vildar

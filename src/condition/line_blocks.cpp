@@ -1,0 +1,180 @@
+#include "condition/line_blocks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <Eigen/Dense>
+
+#include "core/quantity.h"
+
+namespace vildar {
+namespace {
+
+constexpr double kBlock_s = 0.1;
+constexpr double kApart_hz = 15.0;
+
+using Complex = std::complex<double>;
+
+/// What a block's samples are multiplied with and summed to give the amplitude at one frequency.
+struct Kernel {
+  std::vector<double> re, im;
+};
+
+/// `after_s` are the samples' times after the middle of their block.
+Kernel kernel_of(const Eigen::VectorXd& after_s, double frequency_hz,
+                 std::span<const double> others_hz) {
+  const Eigen::Index n = after_s.size();
+  Eigen::MatrixXd model(n, 4 + 2 * static_cast<Eigen::Index>(others_hz.size()));
+  Eigen::Index column = 0;
+  const auto add = [&](double added_hz) {
+    model.col(column++) = (2.0 * kPi * added_hz * after_s).array().cos();
+    model.col(column++) = -(2.0 * kPi * added_hz * after_s).array().sin();
+  };
+  add(frequency_hz);
+  for (const double other_hz : others_hz) add(other_hz);
+  model.col(column++).setOnes();
+  model.col(column++) = after_s / kBlock_s;
+  const Eigen::MatrixXd normal = model.transpose() * model;
+  const Eigen::MatrixXd rows = model * normal.ldlt().solve(Eigen::MatrixXd::Identity(column, 2));
+  Kernel kernel{std::vector<double>(static_cast<std::size_t>(n)), {}};
+  kernel.im = kernel.re;
+  Eigen::Map<Eigen::VectorXd>(kernel.re.data(), n) = rows.col(0);
+  Eigen::Map<Eigen::VectorXd>(kernel.im.data(), n) = rows.col(1);
+  return kernel;
+}
+
+Eigen::VectorXd even_times_s(std::size_t samples, double step_s) {
+  const double half = 0.5 * static_cast<double>(samples - 1);
+  return (Eigen::VectorXd::LinSpaced(static_cast<Eigen::Index>(samples), -half, half)) * step_s;
+}
+
+Eigen::VectorXd own_times_s(const PowerTrace& trace, const LineBlock& block) {
+  return Eigen::Map<const Eigen::VectorXd>(trace.time_s.data() + block.first,
+                                           static_cast<Eigen::Index>(block.last - block.first))
+             .array() -
+         block.time_s;
+}
+
+/// Distance of a frequency from the nearest that is sampled as a constant.
+double sampled_as_hz(double frequency_hz, double rate_hz) {
+  return std::abs(frequency_hz - rate_hz * std::round(frequency_hz / rate_hz));
+}
+
+}  // namespace
+
+LineBlocks::LineBlocks(const PowerTrace& trace) : trace_(trace) {
+  const std::vector<double>& time_s = trace.time_s;
+  const double expected = kBlock_s / trace.sample_period_s;
+  double step_sum_s = 0.0, steps = 0.0;
+  for (std::size_t i = 0; i < time_s.size();) {
+    const double index = std::floor((time_s[i] - time_s.front()) / kBlock_s + 1e-6);
+    const double end_s = time_s.front() + (index + 1.0 - 1e-6) * kBlock_s;
+    LineBlock block{i, i, 0.0, false, false};
+    double sum_s = 0.0;
+    for (; block.last < time_s.size() && time_s[block.last] < end_s; ++block.last)
+      sum_s += time_s[block.last] - time_s[i];
+    const auto n = static_cast<double>(block.last - block.first);
+    block.time_s = time_s[i] + sum_s / n;
+    block.whole = n >= 8.0 && n > 0.9 * expected - 1.0;
+    if (block.whole) {
+      step_sum_s += time_s[block.last - 1] - time_s[block.first];
+      steps += n - 1.0;
+    }
+    blocks_.push_back(block);
+    i = block.last;
+  }
+  step_s_ = steps > 0.0 ? step_sum_s / steps : trace.sample_period_s;
+  const double rounding_s = std::min(0.25 * step_s_, 1e-4);
+  for (LineBlock& block : blocks_) {
+    const double from_s =
+        block.time_s - 0.5 * step_s_ * static_cast<double>(block.last - block.first - 1);
+    block.even = block.whole;
+    for (std::size_t i = block.first; block.even && i < block.last; ++i)
+      block.even = std::abs(time_s[i] - from_s - step_s_ * static_cast<double>(i - block.first)) <
+                   rounding_s;
+  }
+}
+
+bool LineBlocks::visible(double frequency_hz) const {
+  return sampled_as_hz(frequency_hz, sample_rate_hz()) >= kApart_hz &&
+         sampled_as_hz(2.0 * frequency_hz, sample_rate_hz()) >= kApart_hz;
+}
+
+bool LineBlocks::distinct(double one_hz, double other_hz) const {
+  return sampled_as_hz(one_hz - other_hz, sample_rate_hz()) >= kApart_hz &&
+         sampled_as_hz(one_hz + other_hz, sample_rate_hz()) >= kApart_hz;
+}
+
+std::vector<Complex> LineBlocks::amplitudes(double frequency_hz, std::span<const double> others_hz,
+                                            std::size_t first, std::size_t last) const {
+  std::map<std::size_t, Kernel> even;  // by number of samples
+  Kernel uneven;
+  std::vector<Complex> found(last - first);
+  for (std::size_t j = first; j < last; ++j) {
+    const LineBlock& block = blocks_[j];
+    if (!block.whole) continue;
+    const std::size_t n = block.last - block.first;
+    const Kernel* kernel = &uneven;
+    if (block.even) {
+      auto known = even.find(n);
+      if (known == even.end())
+        known = even.emplace(n, kernel_of(even_times_s(n, step_s_), frequency_hz, others_hz)).first;
+      kernel = &known->second;
+    } else {
+      uneven = kernel_of(own_times_s(trace_, block), frequency_hz, others_hz);
+    }
+    const float* light_w = trace_.power_w.data() + block.first;
+    double re = 0.0, im = 0.0;
+    for (std::size_t k = 0; k < n; ++k) {
+      re += kernel->re[k] * static_cast<double>(light_w[k]);
+      im += kernel->im[k] * static_cast<double>(light_w[k]);
+    }
+    found[j - first] = {re, im};
+  }
+  return found;
+}
+
+void LineBlocks::subtract(double frequency_hz, const std::vector<Complex>& amplitudes,
+                          PowerTrace& trace) const {
+  const double omega = 2.0 * kPi * frequency_hz;
+  std::map<std::size_t, Eigen::ArrayX3f> even;  // time over a block, cosine, sine
+  const auto waves_of = [&](const Eigen::VectorXd& after_s) {
+    Eigen::ArrayX3f waves(after_s.size(), 3);
+    waves.col(0) = (after_s / kBlock_s).cast<float>();
+    waves.col(1) = (omega * after_s).array().cos().cast<float>();
+    waves.col(2) = (omega * after_s).array().sin().cast<float>();
+    return waves;
+  };
+  Eigen::ArrayX3f uneven;
+  for (std::size_t j = 0; j < blocks_.size(); ++j) {
+    const LineBlock& block = blocks_[j];
+    const std::size_t n = block.last - block.first;
+    const Eigen::ArrayX3f* waves = &uneven;
+    if (block.even) {
+      auto known = even.find(n);
+      if (known == even.end()) known = even.emplace(n, waves_of(even_times_s(n, step_s_))).first;
+      waves = &known->second;
+    } else {
+      uneven = waves_of(own_times_s(trace, block));
+    }
+    // In this block's phase, what the neighbours have; their slope across one block.
+    const auto seen_from_here = [&](std::size_t other) {
+      return amplitudes[other] * std::polar(1.0, -omega * (blocks_[other].time_s - block.time_s));
+    };
+    const std::size_t before = j > 0 ? j - 1 : j, after = j + 1 < blocks_.size() ? j + 1 : j;
+    const double apart_s = blocks_[after].time_s - blocks_[before].time_s;
+    Complex slope = 0.0;
+    if (apart_s > 0.0 && apart_s < 3.0 * kBlock_s)
+      slope = (seen_from_here(after) - seen_from_here(before)) * (kBlock_s / apart_s);
+    const auto re = static_cast<float>(amplitudes[j].real());
+    const auto im = static_cast<float>(amplitudes[j].imag());
+    const auto re_slope = static_cast<float>(slope.real());
+    const auto im_slope = static_cast<float>(slope.imag());
+    const auto u = waves->col(0);
+    Eigen::Map<Eigen::ArrayXf>(trace.power_w.data() + block.first, static_cast<Eigen::Index>(n)) -=
+        (re + re_slope * u) * waves->col(1) - (im + im_slope * u) * waves->col(2);
+  }
+}
+
+}  // namespace vildar
