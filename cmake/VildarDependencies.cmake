@@ -9,6 +9,7 @@ find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(ffmpeg REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil libswscale)
 pkg_check_modules(hwy REQUIRED IMPORTED_TARGET libhwy)
+pkg_check_modules(sndfile REQUIRED IMPORTED_TARGET sndfile)
 
 # Optional: a missing one switches its feature off and the summary says so.
 pkg_check_modules(libcamera QUIET IMPORTED_TARGET libcamera)
