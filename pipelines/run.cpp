@@ -51,7 +51,7 @@ void add_run(CLI::App& program, int& exit_code) {
       "Exit codes: 0 done; 2 usage or site file; 3 input unreadable; 4 done, but an input was\n"
       "damaged; 5 output cannot be written; 1 internal error; 130 or 143 interrupted.");
   command->add_option("clip", options->clip, "Video of any container and codec that FFmpeg reads");
-  command->add_option("--photodiode", options->photodiode, "Photodiode trace (CSV)");
+  command->add_option("--photodiode", options->photodiode, "Photodiode trace (CSV, WAV or FLAC)");
   command->add_option("--site", options->site, "Site file (YAML)")->required();
   command->add_option("--out", options->out, "Folder for the results; made if missing")->required();
   command->add_option("--frame-rate", options->clip_options.frame_rate_hz,

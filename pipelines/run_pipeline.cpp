@@ -3,14 +3,13 @@
 #include <array>
 #include <ctime>
 
-#include "condition/condition.h"
 #include "config/site_file.h"
 #include "core/error.h"
 #include "core/text.h"
-#include "estimate/vehicle.h"
 #include "pipelines/interrupt.h"
 #include "pipelines/run_annotate.h"
 #include "pipelines/run_clip.h"
+#include "pipelines/run_passes.h"
 #include "pipelines/run_traces.h"
 #include "pipelines/version.h"
 #include "sink/csv_tables.h"
@@ -86,15 +85,28 @@ void describe_clip(const ClipMeasurement& measurement, RunSummary& summary) {
   summary.damaged |= counts.damaged();
 }
 
-std::vector<VehicleResult> measure_passes(const Site& site, const std::vector<PowerTrace>& traces) {
-  std::vector<VehicleResult> vehicles;
-  if (traces.empty()) return vehicles;
-  const std::vector<PowerPass> passes = find_passes(traces.front());
-  for (std::size_t i = 0; i < passes.size(); ++i) {
-    throw_if_interrupted();
-    vehicles.push_back(estimate_pass(passes[i], static_cast<int>(i) + 1, site, traces));
+// A covered or dead camera sees not one light in any frame, while the photodiodes do.
+bool camera_is_dark(const ClipMeasurement& measurement) {
+  return measurement.blobs == 0 && measurement.vehicles.empty();
+}
+
+// What the photodiodes saw beside the camera, or in its place.
+void add_passes(const RunOptions& options, const Site& site, const std::vector<PowerTrace>& traces,
+                ClipMeasurement& measurement, RunSummary& summary) {
+  note_overlap(options, site, traces, measurement.last_frame_s, summary);
+  if (traces.empty()) return;
+  if (!camera_is_dark(measurement)) {
+    note_unseen_passes(site, traces, measurement.vehicles, measurement.last_frame_s, summary);
+    return;
   }
-  return vehicles;
+  measurement.vehicles = measure_passes(site, traces);
+  if (measurement.vehicles.empty()) return;
+  summary.damaged = true;
+  summary.warnings.push_back(
+      options.clip->string() + ": no light in any of " +
+      std::to_string(measurement.counts.frames_read) +
+      " frames, but the photodiodes saw vehicles; measuring with them alone, "
+      "check the camera's lens cover and exposure");
 }
 
 // A folder holds one run: what this one does not write must not stand beside its speeds.
@@ -144,7 +156,7 @@ RunOutcome run_pipeline(const RunOptions& options) {
     ClipMeasurement measurement =
         measure_clip(clip, options, site, traces, tracks, blobs ? &*blobs : nullptr);
     describe_clip(measurement, summary);
-    note_overlap(options, site, traces, measurement.last_frame_s, summary);
+    add_passes(options, site, traces, measurement, summary);
     if (options.annotate) annotate_clip(options, measurement);
     outcome.vehicles = std::move(measurement.vehicles);
     plots = std::move(measurement.plots);

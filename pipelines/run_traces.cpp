@@ -1,8 +1,11 @@
 #include "pipelines/run_traces.h"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 
 #include "capture/photodiode_csv.h"
+#include "capture/photodiode_sound.h"
 #include "condition/condition.h"
 #include "core/error.h"
 #include "core/text.h"
@@ -41,6 +44,44 @@ void count_gaps(const PowerTrace& trace, const std::string& file, RunSummary& su
         " s after t_s = " + number_text(longest_at_s) + "; nothing is assumed there");
 }
 
+// A photodiode that has no light to tell of must not stop the others.
+void leave_out_dead(const std::string& file, std::vector<PowerTrace>& traces, RunSummary& summary) {
+  constexpr std::size_t kFewest = 10;  // samples: fewer are told of as too few
+  std::erase_if(traces, [&](const PowerTrace& trace) {
+    const auto& power_w = trace.power_w;
+    std::string fault;
+    if (power_w.empty())
+      fault = " has no sample that can be used";
+    else if (power_w.size() >= kFewest &&
+             std::adjacent_find(power_w.begin(), power_w.end(), std::not_equal_to<>()) ==
+                 power_w.end())
+      fault = " has the same value throughout";
+    if (fault.empty()) return false;
+    summary.damaged = true;
+    summary.warnings.push_back(file + ": " + trace.photodiode_id + fault +
+                               ", as of a dead or unplugged photodiode; it was left out, check its "
+                               "cable and supply");
+    return true;
+  });
+}
+
+TraceSummary summary_of(const PowerTrace& trace) {
+  return {trace.photodiode_id,   trace.sample_period_s > 0.0 ? 1.0 / trace.sample_period_s : 0.0,
+          trace.noise_sigma_w,   trace.ambient_w,
+          trace.ambient_sigma_w, trace.drift_w,
+          trace.flicker_w,       trace.mains_hz};
+}
+
+void warn_of_other_mains(const PowerTrace& trace, const Site& site, const std::string& file,
+                         RunSummary& summary) {
+  constexpr double kSameGrid_hz = 1.0;
+  if (trace.mains_hz == 0.0 || std::abs(trace.mains_hz - site.mains_hz) < kSameGrid_hz) return;
+  summary.warnings.push_back(file + ": " + trace.photodiode_id + " flickers with mains of " +
+                             fixed_text(trace.mains_hz, 2) + " Hz, but mains_hz is " +
+                             number_text(site.mains_hz) + " in " + site.file.string() +
+                             "; what it shows was taken out, correct the site file");
+}
+
 }  // namespace
 
 std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
@@ -49,7 +90,10 @@ std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
   const std::string file = options.photodiode->string();
   try {
     summary.inputs.push_back(describe_input("photodiode", *options.photodiode));
-    const PhotodiodeRecording recording = read_photodiode_csv(*options.photodiode);
+    const PhotodiodeRecording recording =
+        is_sound_file(*options.photodiode)
+            ? read_photodiode_sound(*options.photodiode, site.photodiodes)
+            : read_photodiode_csv(*options.photodiode);
     summary.warnings.insert(summary.warnings.end(), recording.warnings.begin(),
                             recording.warnings.end());
     summary.damaged |= recording.damaged;
@@ -69,6 +113,11 @@ std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
       throw InputError(file + ": " + std::to_string(most_samples) + " of " +
                        std::to_string(recording.rows_read) +
                        " samples can be used, and a speed needs many; record the trace again");
+    leave_out_dead(file, traces, summary);
+    for (const PowerTrace& trace : traces) {
+      summary.traces.push_back(summary_of(trace));
+      warn_of_other_mains(trace, site, file, summary);
+    }
     return traces;
   } catch (const InputError& error) {
     std::string fault = error.what();

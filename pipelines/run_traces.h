@@ -9,8 +9,9 @@
 namespace vildar {
 
 /// The photodiode traces that `options` names, ready for use; what was left out is counted and
-/// warned of in `summary`. A broken trace beside a clip does not stop the run: it is named, and
-/// the camera goes on alone. Throws InputError where there is no clip and no trace to be used.
+/// warned of in `summary`. A photodiode that is dead, with one value throughout or none, is left
+/// out and named. A broken trace beside a clip does not stop the run: it is named, and the camera
+/// goes on alone. Throws InputError where there is no clip and no trace to be used.
 std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
                                     RunSummary& summary);
 

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -28,16 +29,23 @@ const LaneSite* nearest_oncoming(const RoadSite& road, double receiver_y_m) {
   return nearest;
 }
 
+double peak_w(const PowerTrace& trace, const PowerPass& pass) {
+  const auto begin = trace.time_s.begin();
+  const auto first = std::lower_bound(begin, trace.time_s.end(), pass.from_s) - begin;
+  const auto last = std::upper_bound(begin, trace.time_s.end(), pass.to_s) - begin;
+  double most_w = 0.0;
+  for (auto i = first; i < last; ++i)
+    most_w = std::max(
+        most_w, static_cast<double>(trace.power_w[static_cast<std::size_t>(i)]) - trace.ambient_w);
+  return most_w;
+}
+
 // The trace of this pass whose photodiode receives most, and so sees it best.
 const PowerTrace& brightest(std::span<const PowerTrace> traces, const PowerPass& pass) {
   const PowerTrace* best = &traces.front();
   double best_ratio = -1.0;
   for (const PowerTrace& trace : traces) {
-    double peak_w = 0.0;
-    for (std::size_t i = 0; i < trace.time_s.size(); ++i)
-      if (trace.time_s[i] >= pass.from_s && trace.time_s[i] <= pass.to_s)
-        peak_w = std::max(peak_w, static_cast<double>(trace.power_w[i]) - trace.ambient_w);
-    const double ratio = peak_w / std::max(trace.noise_sigma_w, 1e-300);
+    const double ratio = peak_w(trace, pass) / std::max(trace.noise_sigma_w, 1e-300);
     if (ratio > best_ratio) {
       best_ratio = ratio;
       best = &trace;
@@ -66,6 +74,8 @@ Outcome<PassLight> light_of_pass(const PowerPass& pass, const Site& site, const 
       site.photodiodes.at(static_cast<std::size_t>(trace.photodiode)).time_offset_s.mean;
   light.series = usable_power(trace, site, light.known, pass.from_s + offset_s,
                               pass.peak_s + offset_s, nullptr);
+  // Vehicles behind add from nothing, far away, up to what they give once this one is past.
+  light.series.background_std_w = std::hypot(light.series.background_std_w, pass.others_w);
   if (light.series.time_s.size() < 10) return Miss::too_few_samples;
   if (light.series.time_s.back() - light.series.time_s.front() < kShortest_s)
     return Miss::too_short;
@@ -180,6 +190,9 @@ VehicleResult estimate_pass(const PowerPass& pass, int pass_number, const Site& 
       power_method(Method::ml_photodiode, light, ml_speed)};
   if (traces.size() > 1) methods.push_back(delay_method(pass, site, traces, offset_s));
   stand_by_surest(methods, result);
+  constexpr double kOthersMatter = 0.01;  // of the brightest light
+  if (result.withheld && pass.others_w > kOthersMatter * peak_w(trace, pass))
+    result.withheld = Miss::several_vehicles;
   if (!result.withheld && lane && !curved) result.lateral_m = lane->lateral_m.mean;
   warn_of_contradictions(result);
   if (result.withheld == Miss::no_scale)

@@ -1,4 +1,7 @@
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
 
 #include "core/text.h"
 #include "sink/html.h"
@@ -38,6 +41,23 @@ std::string block(const std::string& title, const std::string& rows) {
   return rows.empty() ? "" : "<div><h3>" + escaped(title) + "</h3>" + two_columns(rows) + "</div>";
 }
 
+std::string watts(double power_w) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g W", power_w);
+  return text.data();
+}
+
+std::string light_rows(const TraceSummary& trace) {
+  std::string rows = named("samples a second", number_text(std::round(trace.sample_rate_hz))) +
+                     named("noise of a sample", watts(trace.noise_w)) +
+                     named("ambient", watts(trace.ambient_w));
+  if (trace.drift_w > 0.0) rows += named("change of the ambient", watts(trace.drift_w));
+  if (trace.mains_hz > 0.0)
+    rows +=
+        named("flicker of " + fixed_text(trace.mains_hz, 2) + " Hz mains", watts(trace.flicker_w));
+  return rows;
+}
+
 }  // namespace
 
 std::string report_making(const RunSummary& summary) {
@@ -56,6 +76,8 @@ std::string report_making(const RunSummary& summary) {
       rows += named(spaced(reason), std::to_string(count));
     html += block("Samples left out" + (photodiode.empty() ? "" : ", " + photodiode), rows);
   }
+  for (const TraceSummary& trace : summary.traces)
+    html += block("Light on " + trace.photodiode, light_rows(trace));
   html += block("CPU time", timings) + block("Options", options) + "</div>";
   if (!summary.settings_yaml.empty())
     html += "<details><summary>Site file in force</summary><div class=\"inside\"><pre>" +

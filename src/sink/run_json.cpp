@@ -79,6 +79,18 @@ Json json_of(const ClipSummary& clip) {
   return json;
 }
 
+Json json_of(const TraceSummary& trace) {
+  Json json{{"id", trace.photodiode}};
+  put(json, "sample_rate_hz", trace.sample_rate_hz);
+  put(json, "noise_w", trace.noise_w);
+  put(json, "ambient_w", trace.ambient_w);
+  put(json, "ambient_std_w", trace.ambient_std_w);
+  put(json, "drift_w", trace.drift_w);
+  put(json, "flicker_w", trace.flicker_w);
+  if (trace.mains_hz > 0.0) put(json, "mains_hz", trace.mains_hz);
+  return json;
+}
+
 }  // namespace
 
 std::string run_json_text(const RunSummary& summary, std::span<const VehicleResult> vehicles) {
@@ -93,6 +105,7 @@ std::string run_json_text(const RunSummary& summary, std::span<const VehicleResu
                               {"size_bytes", input.size_bytes},
                               {"sha256", input.sha256}});
   if (summary.clip) json["clip"] = json_of(*summary.clip);
+  for (const TraceSummary& trace : summary.traces) json["photodiodes"].push_back(json_of(trace));
   json["counts"] = summary.counts;
   json["rejected_samples"] = summary.rejected_samples;
   json["timings_s"] = summary.timings_s;

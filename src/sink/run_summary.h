@@ -35,6 +35,18 @@ struct ClipSummary {
   double duration_s = 0.0;  ///< last presentation time less the first
 };
 
+/// The light on one photodiode, vehicles apart.
+struct TraceSummary {
+  std::string photodiode;
+  double sample_rate_hz = 0.0;
+  double noise_w = 0.0;  ///< standard deviation of one sample, white part
+  double ambient_w = 0.0;
+  double ambient_std_w = 0.0;
+  double drift_w = 0.0;    ///< range of the ambient's slow changes
+  double flicker_w = 0.0;  ///< amplitude
+  double mains_hz = 0.0;   ///< as the flicker shows; 0: it shows none
+};
+
 /// What a run was given, how it was set and what it met; becomes run.json and the head of the
 /// report.
 struct RunSummary {
@@ -42,6 +54,7 @@ struct RunSummary {
   std::string started;  ///< ISO 8601, UTC; may be empty
   std::vector<InputFile> inputs;
   std::optional<ClipSummary> clip;             ///< absent without a camera
+  std::vector<TraceSummary> traces;            ///< of the photodiodes that could be used
   std::optional<double> speed_limit_mps;       ///< of the site, drawn in the report
   std::string settings_yaml;                   ///< the effective site file
   std::map<std::string, std::string> options;  ///< command-line options in force

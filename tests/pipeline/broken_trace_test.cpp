@@ -99,7 +99,7 @@ TEST_F(BrokenTrace, SamplesThatCannotBeUsedAreFourCountedAndNamed) {
       {[](auto& all) { all[7].power_w = "inf", all[8].power_w = "", all[9].power_w = "1e999"; },
        "3 samples of pd0 left out: not_a_number"},
       {[](auto& all) {
-         for (int k = 100; k < 130; ++k) all[k].power_w = "-2e-8";
+         for (int k = 100; k < 130; ++k) all[k].power_w = k % 2 == 0 ? "-2e-8" : "-3e-8";
        },
        "30 samples of pd0 left out: negative"},
       {[](auto& all) { std::swap(all[100], all[200]); }, "2 samples of pd0 left out: out_of_order"},
