@@ -60,6 +60,26 @@ struct PassLight {
   PowerCase known;
 };
 
+// Vehicles behind are further away before this one is past than when it is: they add less than
+// `others_w`, but of a shape that looks like a slower vehicle. What they add more than a twentieth
+// to is left out; in the rest it is a constant background, not known better than it is bright.
+void keep_own_light(PowerSeries& series, double others_w) {
+  constexpr double kTimesOthers = 20.0;
+  constexpr double kMean_s = 0.010;
+  std::size_t first = series.time_s.size();
+  double sum_w = 0.0;
+  for (std::size_t from = first, to = first; from-- > 0;) {
+    sum_w += series.power_w[from];
+    while (series.time_s[to - 1] - series.time_s[from] > kMean_s) sum_w -= series.power_w[--to];
+    if (sum_w < kTimesOthers * others_w * static_cast<double>(to - from)) break;
+    first = from;
+  }
+  const auto cut = static_cast<std::ptrdiff_t>(first);
+  series.time_s.erase(series.time_s.begin(), series.time_s.begin() + cut);
+  series.power_w.erase(series.power_w.begin(), series.power_w.begin() + cut);
+  series.background_std_w = std::hypot(series.background_std_w, others_w);
+}
+
 Outcome<PassLight> light_of_pass(const PowerPass& pass, const Site& site, const PowerTrace& trace,
                                  const LaneSite* lane) {
   constexpr double kShortest_s = 0.1;
@@ -74,9 +94,12 @@ Outcome<PassLight> light_of_pass(const PowerPass& pass, const Site& site, const 
       site.photodiodes.at(static_cast<std::size_t>(trace.photodiode)).time_offset_s.mean;
   light.series = usable_power(trace, site, light.known, pass.from_s + offset_s,
                               pass.peak_s + offset_s, nullptr);
-  // Vehicles behind add from nothing, far away, up to what they give once this one is past.
-  light.series.background_std_w = std::hypot(light.series.background_std_w, pass.others_w);
-  if (light.series.time_s.size() < 10) return Miss::too_few_samples;
+  constexpr std::size_t kFewest = 10;
+  if (light.series.time_s.size() < kFewest) return Miss::too_few_samples;
+  if (pass.others_w > 0.0) {
+    keep_own_light(light.series, pass.others_w);
+    if (light.series.time_s.size() < kFewest) return Miss::several_vehicles;
+  }
   if (light.series.time_s.back() - light.series.time_s.front() < kShortest_s)
     return Miss::too_short;
   return light;
