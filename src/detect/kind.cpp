@@ -2,13 +2,11 @@
 
 #include <algorithm>
 
+#include "optics/lamp_colour.h"
+
 namespace vildar {
 namespace {
 
-/// Red of a tail lamp's glow: Cr above this, and not mere yellow, whose Cb falls further than Cr
-/// rises.
-constexpr double kRedCr = 0.06;
-constexpr double kRedOverYellow = 0.6;
 /// A lamp outshines what surrounds it at least so many times. A clipped one is brighter than it
 /// shows, and may stand in the glare of another.
 constexpr double kLeastContrast = 6.0;
@@ -55,7 +53,7 @@ bool like_a_lamp(const Peak& peak, const Measured& light, double peak_linear) {
 LampKind kind_of(const Peak& peak, const Measured& light, double peak_linear,
                  const RimColour& rim) {
   if (!like_a_lamp(peak, light, peak_linear)) return LampKind::other;
-  if (rim.known && rim.cr > kRedCr && rim.cr > -kRedOverYellow * rim.cb) return LampKind::taillamp;
+  if (rim.known && tail_lamp_log_odds(rim.cr, rim.cb) > 0.0) return LampKind::taillamp;
   return LampKind::headlamp;
 }
 

@@ -6,6 +6,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "optics/lamp_colour.h"
+
 namespace vildar {
 namespace {
 
@@ -23,18 +25,6 @@ constexpr double kShake_pxps2 = 40.0;
 // Flow vectors shorter than this say nothing about speed: the spot is at the vanishing point.
 constexpr double kFlowFloor_px = 25.0;
 constexpr double kMostDepthRate_per_s = 6.0;
-
-// The Cb of yellow falls further than its Cr rises.
-double reddish(const Blob& blob) {
-  constexpr double kRedOverYellow = 0.6;
-  return blob.cr + kRedOverYellow * std::min(blob.cb, 0.0) > 0.0 ? blob.cr : 0.0;
-}
-
-// Redder than any headlamp.
-bool is_red(const Blob& blob) {
-  constexpr double kRedCr = 0.06;
-  return reddish(blob) > kRedCr;
-}
 
 }  // namespace
 
@@ -151,7 +141,8 @@ void Lamp::remember(const Spot& spot, const Eigen::Vector2d& off_px, std::int64_
   log_flux_ += kFluxMemory * (std::log(std::max(blob.flux, 1e-9)) - log_flux_);
   head_votes_ += blob.kind == LampKind::headlamp;
   tail_votes_ += blob.kind == LampKind::taillamp;
-  red.add(is_red(blob), kColourMemory);
+  const double tail_log_odds = tail_lamp_log_odds(blob.cr, blob.cb);
+  red.add(tail_log_odds > 0.0, kColourMemory);
   lamp_like.add(blob.kind != LampKind::other, kLampMemory);
   ++sightings_;
   last_frame_ = frame;
@@ -163,7 +154,7 @@ void Lamp::remember(const Spot& spot, const Eigen::Vector2d& off_px, std::int64_
   records.push_back({frame, time,
                      LampSighting{spot.centre_px, spot.centre_sigma_px, blob.flux, blob.flux_sigma,
                                   blob.saturated_px, blob.box, blob.row_fraction, defects, blob.lamp},
-                     spot.at_px, reddish(blob), off_px.norm(), spot.streak});
+                     spot.at_px, tail_log_odds, off_px.norm(), spot.streak});
 }
 
 LampKind Lamp::kind() const {

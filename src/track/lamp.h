@@ -31,7 +31,7 @@ struct LampRecord {
   CameraTime time;
   LampSighting sighting;
   Eigen::Vector2d at_px;
-  double reddish = 0.0;  ///< Cr beyond what the yellow of street light has
+  double tail_log_odds = 0.0;  ///< of its colour, see tail_lamp_log_odds
   /// Half the pair's separation where the blob held both lamps of the vehicle; 0 elsewhere.
   double merged_px = 0.0;
   bool streak = false;  ///< see Spot

@@ -5,15 +5,15 @@
 namespace vildar {
 namespace {
 
-// Of all lights that stay alone and move along the road, one in four is a lamp.
-constexpr double kPriorLogOdds = -1.1;
+// Of all lights that stay alone and move along the road, one in seven is a lamp.
+constexpr double kPriorLogOdds = -1.8;
 // Looks at a light are not independent: however many, they count as so many.
 constexpr double kFacts = 3.0;
 
 struct Chance {
   double lamp, glint;
 };
-constexpr Chance kRides{0.1, 0.6}, kClips{0.9, 0.6};
+constexpr Chance kRides{0.1, 0.6}, kIsMirrored{0.05, 0.25}, kClips{0.9, 0.6};
 
 struct Spread {
   double mean, sigma;
@@ -34,7 +34,8 @@ double log_density(double value, Spread spread) {
 }  // namespace
 
 double lone_lamp_log_odds(const LoneLight& light) {
-  double log_odds = kPriorLogOdds + log_odds_of_share(light.riding_share, kRides);
+  double log_odds = kPriorLogOdds + log_odds_of_share(light.riding_share, kRides) +
+                    log_odds_of_share(light.mirrored_share, kIsMirrored);
   if (light.lamps_clip) log_odds += log_odds_of_share(light.clipped_share, kClips);
   // Stronger than strong lamps is as good as strong: a high beam.
   if (light.strength_ln) {

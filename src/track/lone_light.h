@@ -6,7 +6,8 @@ namespace vildar {
 
 /// What was seen of a light that never had a partner.
 struct LoneLight {
-  double riding_share = 0.0;  ///< of the looks: moved as a part of a vehicle that has its lamps
+  double riding_share = 0.0;    ///< of the looks: moved as a part of a vehicle that has its lamps
+  double mirrored_share = 0.0;  ///< drawn out like, or below another lamp like, its mirror image
   double clipped_share = 0.0;
   bool lamps_clip = false;  ///< those of this scene mostly do
   /// ln of its strength less that of strong lamps of this scene (LightScale); nothing where

@@ -62,7 +62,7 @@ bool mirrors(const Lamp& lamp, const Lamp& source, const RoadView& view) {
 // Number plate, bonnet, fog lamp, roof: within the body of a vehicle that has its lamps. The body
 // is a box that reaches back from the lamps.
 bool rides_on(const Lamp& lamp, const Vehicle& vehicle, const RoadView& view) {
-  constexpr double kHalfWidth_m = 1.3, kOver_m = 2.2, kUnder_m = 0.9, kSlice_m = 1.5;
+  constexpr double kHalfWidth_m = 1.3, kOver_m = 2.2, kUnder_m = 0.6, kSlice_m = 1.5;
   constexpr int kSlices = 4;
   const Eigen::Vector2d middle_px = 0.5 * (vehicle.left->at_px() + vehicle.right->at_px());
   const LampPlace at = view.place(middle_px);
@@ -88,7 +88,8 @@ bool lit_by(const Lamp& lamp, const Lamp& source, const RoadView& view) {
   constexpr double kHighCamera_m = 2.0, kNearest_m = 1.0, kFarthest_m = 22.0, kBeside_m = 1.8;
   constexpr double kWider = 1.4;
   const double height_m = view.height_over_lamps_m() + view.lamp_height_m();
-  if (view.height_over_lamps_m() < kHighCamera_m) return false;
+  if (view.height_over_lamps_m() < kHighCamera_m || source.kind() == LampKind::taillamp)
+    return false;
   const auto width_px = [](const Lamp& one) {
     const PixelBox& box = one.records.back().sighting.box;
     return box.u_max - box.u_min + 1.0;

@@ -109,7 +109,8 @@ bool same_body(const Vehicle& vehicle, const Eigen::Vector2d& middle_px, double 
   const double gap_m =
       high ? 1.0 / view.place(middle_px).inverse_depth_per_m - 1.0 / at.inverse_depth_per_m
            : (1.0 / ratio - 1.0) / inverse_depth;
-  return std::abs(gap_m) < kShortestGap_m;
+  const double doubt_m = high ? view.gap_sigma_m(inverse_depth) : 0.0;
+  return std::abs(gap_m) < kShortestGap_m - doubt_m;
 }
 
 }  // namespace

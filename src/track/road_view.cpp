@@ -85,6 +85,11 @@ double RoadView::slope_sigma(double inverse_depth_per_m) const {
   return std::hypot(tilt_sigma_rad_, lamp_height_sigma_m_ * inverse_depth_per_m);
 }
 
+double RoadView::gap_sigma_m(double inverse_depth_per_m) const {
+  return std::sqrt(2.0) * lamp_height_sigma_m_ /
+         (std::abs(height_over_lamps_m()) * inverse_depth_per_m);
+}
+
 double RoadView::inverse_depth_sigma_per_m(const LampPlace& place) const {
   // A lamp of a lorry level with a low camera may be near as well as far.
   const double over_m = std::max(std::abs(height_over_lamps_m()), kTallLampSigma_m);

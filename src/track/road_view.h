@@ -68,6 +68,9 @@ class RoadView {
   double height_over_lamps_m() const { return camera_.position_m().z() - lamp_height_m_; }
   /// Of the slope that a lamp at a given inverse depth shows: tilt of camera and road, lamp height.
   double slope_sigma(double inverse_depth_per_m) const;
+  /// Of the distance between two vehicles one behind the other, as elevation tells it: their lamps
+  /// need not stand at one height.
+  double gap_sigma_m(double inverse_depth_per_m) const;
   /// Standard deviation of the inverse depth that the elevation of a spot gives.
   double inverse_depth_sigma_per_m(const LampPlace& place) const;
 

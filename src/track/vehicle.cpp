@@ -188,7 +188,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   const std::vector<LampRecord> right =
       all_records(vehicle.past_right, vehicle.right, vehicle.cut_after);
   std::vector<PairLook> looks;
-  std::vector<double> laterals_m, lateral_sigmas_m, strengths, reddish;
+  std::vector<double> laterals_m, lateral_sigmas_m, strengths, tail_log_odds;
   int clipped = 0;
   track.sightings.clear();
   for (std::size_t i = 0, j = 0; i < left.size() || j < right.size();) {
@@ -211,7 +211,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       laterals_m.push_back(view.road_at(middle_px, fit.inverse_depth_per_m).lateral_m);
       lateral_sigmas_m.push_back(view.lateral_sigma_m(fit.inverse_depth_per_m));
       clipped += left[i].sighting.saturated_px > 0 && right[j].sighting.saturated_px > 0;
-      reddish.push_back(0.5 * (left[i].reddish + right[j].reddish));
+      tail_log_odds.push_back(0.5 * (left[i].tail_log_odds + right[j].tail_log_odds));
       const double flux = std::min(left[i].sighting.flux, right[j].sighting.flux);
       strengths.push_back(std::log(std::max(flux, 1e-9)) - 2.0 * std::log(fit.inverse_depth_per_m));
     }
@@ -250,8 +250,9 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   track.direction_contradicts = motion_contradicts(looks, vehicle.kind, view);
   // Clipping whitens tail lamps; those of a vehicle ahead still do not come nearer.
   if (view.moving_sensor() && track.direction_contradicts) {
-    constexpr double kReddish = 0.03;
-    if (vehicle.kind != LampKind::headlamp || median(reddish) < kReddish) return Verdict::undecided;
+    constexpr double kWhitened = -2.0;
+    if (vehicle.kind != LampKind::headlamp || median(tail_log_odds) < kWhitened)
+      return Verdict::undecided;
     track.kind = LampKind::taillamp;
     track.direction_contradicts = motion_contradicts(looks, track.kind, view);
   }
@@ -300,7 +301,12 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   const int held = static_cast<int>(lamp.records.size());
   if (held < kFewestSingle) return Verdict::undecided;
   const double clipped_share = clipped / static_cast<double>(held);
-  LoneLight light{lamp.on_vehicle.share(), clipped_share, lights.usually_clips(lamp.kind()), {}};
+  const auto streaks = std::ranges::count_if(lamp.records, &LampRecord::streak);
+  LoneLight light;
+  light.riding_share = lamp.on_vehicle.share();
+  light.mirrored_share = std::max(lamp.mirrored.share(), static_cast<double>(streaks) / held);
+  light.clipped_share = clipped_share;
+  light.lamps_clip = lights.usually_clips(lamp.kind());
   if (const auto typical = lights.typical(lamp.kind()))
     light.strength_ln = median(strengths) - *typical;
   if (too_faint(strengths, clipped_share, lamp.kind(), lights, kFaintSingle) || 2 * below < held ||

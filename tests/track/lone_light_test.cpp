@@ -8,11 +8,11 @@ namespace vildar {
 namespace {
 
 TEST(LoneLight, OddsFallWithEveryCueOfAGlint) {
-  const LoneLight lamp{0.0, 1.0, true, -0.4};
+  const LoneLight lamp{0.0, 0.0, 1.0, true, -0.4};
   double last = lone_lamp_log_odds(lamp);
   EXPECT_GT(last, std::log(20.0));
   for (const double share : {0.2, 0.4, 0.6, 0.8, 1.0}) {
-    const LoneLight light{share, 1.0 - share, true, -0.4 - 2.0 * share};
+    const LoneLight light{share, share, 1.0 - share, true, -0.4 - 2.0 * share};
     EXPECT_LT(lone_lamp_log_odds(light), last) << share;
     last = lone_lamp_log_odds(light);
   }
@@ -20,14 +20,14 @@ TEST(LoneLight, OddsFallWithEveryCueOfAGlint) {
 }
 
 TEST(LoneLight, WhatIsNotKnownOfTheSceneDoesNotCount) {
-  const LoneLight dim{0.0, 0.0, false, {}};
-  const LoneLight clipped{0.0, 1.0, false, {}};
+  const LoneLight dim{0.0, 0.0, 0.0, false, {}};
+  const LoneLight clipped{0.0, 0.0, 1.0, false, {}};
   EXPECT_DOUBLE_EQ(lone_lamp_log_odds(dim), lone_lamp_log_odds(clipped));
 }
 
 TEST(LoneLight, AHighBeamIsNoLessALamp) {
-  EXPECT_DOUBLE_EQ(lone_lamp_log_odds({0.0, 1.0, true, -0.4}),
-                   lone_lamp_log_odds({0.0, 1.0, true, 3.0}));
+  EXPECT_DOUBLE_EQ(lone_lamp_log_odds({0.0, 0.0, 1.0, true, -0.4}),
+                   lone_lamp_log_odds({0.0, 0.0, 1.0, true, 3.0}));
 }
 
 }  // namespace

@@ -162,7 +162,7 @@ TEST(TrackScene, HeadingKnownToAFewDegreesOnly) {
 TEST(TrackScene, FogLampsBelowTheHeadlampsAreNoSecondVehicle) {
   for (const double power : {0.3, 0.8, 1.3}) {
     Scene made = mast();
-    made.cars = {car(120, -4, -15), car(120, -4, -15)};
+    made.cars = {car(100, -4, -15), car(100, -4, -15)};
     made.cars[1].height_m = made.cars[0].height_m - 0.33;
     made.cars[1].separation_m = 1.1;
     made.cars[1].power = power;

@@ -1,0 +1,34 @@
+#include "optics/lamp_colour.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace vildar {
+namespace {
+
+TEST(LampColour, WhiteYellowAndBlueLightsAreHeadlamps) {
+  EXPECT_LT(tail_lamp_log_odds(0.0, 0.0), -2.0);      // grey
+  EXPECT_LT(tail_lamp_log_odds(0.05, -0.06), -1.0);   // halogen under sodium light
+  EXPECT_LT(tail_lamp_log_odds(-0.085, 0.10), -5.0);  // blue LED
+}
+
+TEST(LampColour, RedLightsAreTailLamps) {
+  EXPECT_GT(tail_lamp_log_odds(0.115, -0.06), 1.0);  // half whitened by clipping
+  EXPECT_GT(tail_lamp_log_odds(0.22, -0.01), 5.0);
+  EXPECT_GT(tail_lamp_log_odds(0.5 * 0.7, -0.06), 5.0);
+}
+
+// Mixed with white light, a tail lamp's odds fall steadily.
+TEST(LampColour, OddsFallAsRedIsWhitened) {
+  double last = tail_lamp_log_odds(0.2, -0.03);
+  for (const double share : {0.8, 0.6, 0.4, 0.2, 0.0}) {
+    const double odds = tail_lamp_log_odds(share * 0.2, share * -0.03);
+    EXPECT_LT(odds, last) << share;
+    last = odds;
+  }
+  EXPECT_LT(last, 0.0);
+}
+
+}  // namespace
+}  // namespace vildar
