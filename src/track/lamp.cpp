@@ -151,10 +151,11 @@ void Lamp::remember(const Spot& spot, const Eigen::Vector2d& off_px, std::int64_
   least_px_ = least_px_.cwiseMin(steady_px);
   most_px_ = most_px_.cwiseMax(steady_px);
   const Defect defects = spot.with_streak ? blob.defects | Defect::merged : blob.defects;
-  records.push_back({frame, time,
-                     LampSighting{spot.centre_px, spot.centre_sigma_px, blob.flux, blob.flux_sigma,
-                                  blob.saturated_px, blob.box, blob.row_fraction, defects, blob.lamp},
-                     spot.at_px, tail_log_odds, off_px.norm(), spot.streak});
+  records.push_back(
+      {frame, time,
+       LampSighting{spot.centre_px, spot.centre_sigma_px, blob.flux, blob.flux_sigma,
+                    blob.saturated_px, blob.box, blob.row_fraction, defects, blob.lamp},
+       spot.at_px, tail_log_odds, off_px.norm(), spot.streak});
 }
 
 LampKind Lamp::kind() const {

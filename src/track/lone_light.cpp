@@ -5,8 +5,8 @@
 namespace vildar {
 namespace {
 
-// Of all lights that stay alone and move along the road, one in seven is a lamp.
-constexpr double kPriorLogOdds = -1.8;
+// Of all lights that stay alone and move along the road, one in five is a lamp.
+constexpr double kPriorLogOdds = -1.4;
 // Looks at a light are not independent: however many, they count as so many.
 constexpr double kFacts = 3.0;
 
@@ -19,7 +19,7 @@ struct Spread {
   double mean, sigma;
 };
 // Of ln strength about that of strong lamps.
-constexpr Spread kLampLn{-0.4, 0.6}, kGlintLn{-1.5, 1.0};
+constexpr Spread kLampLn{-0.4, 0.8}, kGlintLn{-1.5, 1.0};
 
 double log_odds_of_share(double share, Chance chance) {
   return kFacts * (share * std::log(chance.lamp / chance.glint) +
@@ -36,7 +36,10 @@ double log_density(double value, Spread spread) {
 double lone_lamp_log_odds(const LoneLight& light) {
   double log_odds = kPriorLogOdds + log_odds_of_share(light.riding_share, kRides) +
                     log_odds_of_share(light.mirrored_share, kIsMirrored);
-  if (light.lamps_clip) log_odds += log_odds_of_share(light.clipped_share, kClips);
+  // To clip speaks for a lamp anywhere; not to clip against it only where lamps do.
+  log_odds += light.lamps_clip
+                  ? log_odds_of_share(light.clipped_share, kClips)
+                  : kFacts * light.clipped_share * std::log(kClips.lamp / kClips.glint);
   // Stronger than strong lamps is as good as strong: a high beam.
   if (light.strength_ln) {
     const double strength_ln = std::fmin(*light.strength_ln, kLampLn.mean);

@@ -62,7 +62,7 @@ bool mirrors(const Lamp& lamp, const Lamp& source, const RoadView& view) {
 // Number plate, bonnet, fog lamp, roof: within the body of a vehicle that has its lamps. The body
 // is a box that reaches back from the lamps.
 bool rides_on(const Lamp& lamp, const Vehicle& vehicle, const RoadView& view) {
-  constexpr double kHalfWidth_m = 1.3, kOver_m = 2.2, kUnder_m = 0.6, kSlice_m = 1.5;
+  constexpr double kBesideLamps_m = 0.45, kOver_m = 2.2, kUnder_m = 0.6, kSlice_m = 1.5;
   constexpr int kSlices = 4;
   const Eigen::Vector2d middle_px = 0.5 * (vehicle.left->at_px() + vehicle.right->at_px());
   const LampPlace at = view.place(middle_px);
@@ -72,12 +72,14 @@ bool rides_on(const Lamp& lamp, const Vehicle& vehicle, const RoadView& view) {
   const Eigen::Matrix2d metres = axes.inverse() / vehicle.inverse_depth_per_m;
   const Eigen::Vector2d off_m = metres * (lamp.at_px() - middle_px);
   const Eigen::Vector2d back_per_m = -axes.inverse() * at.toward_px;
+  const double half_width_m =
+      0.5 * vehicle.width_per_depth / vehicle.inverse_depth_per_m + kBesideLamps_m;
   bool inside = false;
   for (int slice = 0; slice < kSlices && !inside; ++slice) {
     const double back_m = slice * kSlice_m;
     const double farther = 1.0 + back_m * vehicle.inverse_depth_per_m;
     const Eigen::Vector2d rest_m = off_m * farther - back_per_m * back_m;
-    inside = std::abs(rest_m.x()) < kHalfWidth_m && rest_m.y() < kUnder_m && rest_m.y() > -kOver_m;
+    inside = std::abs(rest_m.x()) < half_width_m && rest_m.y() < kUnder_m && rest_m.y() > -kOver_m;
   }
   return inside && (moves_with(lamp, *vehicle.left) || moves_with(lamp, *vehicle.right));
 }

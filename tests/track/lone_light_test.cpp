@@ -19,10 +19,13 @@ TEST(LoneLight, OddsFallWithEveryCueOfAGlint) {
   EXPECT_LT(last, -std::log(20.0));
 }
 
-TEST(LoneLight, WhatIsNotKnownOfTheSceneDoesNotCount) {
-  const LoneLight dim{0.0, 0.0, 0.0, false, {}};
-  const LoneLight clipped{0.0, 0.0, 1.0, false, {}};
-  EXPECT_DOUBLE_EQ(lone_lamp_log_odds(dim), lone_lamp_log_odds(clipped));
+TEST(LoneLight, NotToClipSpeaksAgainstALampOnlyWhereLampsClip) {
+  for (const bool lamps_clip : {false, true}) {
+    const double dim = lone_lamp_log_odds({0.0, 0.0, 0.0, lamps_clip, {}});
+    const double clipped = lone_lamp_log_odds({0.0, 0.0, 1.0, lamps_clip, {}});
+    EXPECT_GT(clipped, dim);
+    EXPECT_EQ(dim > 0.0, !lamps_clip);
+  }
 }
 
 TEST(LoneLight, AHighBeamIsNoLessALamp) {
