@@ -27,7 +27,8 @@ Found study(const Site& site, const LampClass& kind, Random& random) {
     // None comes to rest in view.
     do vehicle.acceleration_mps2 = random.normal(0.0, 1.5);
     while (vehicle.speed_at_mps(seen_s) < 3.0);
-    vehicle.lateral_m = random.normal(-4.0, 0.3);
+    // A motorcycle rides anywhere in its lane.
+    vehicle.lateral_m = random.normal(-4.0, kind.separation_m ? 0.3 : 0.69);
     vehicle.height_m = random.normal(kind.height_m.mean, kind.height_m.std);
     if (kind.separation_m)
       vehicle.separation_m = random.normal(kind.separation_m->mean, kind.separation_m->std);
