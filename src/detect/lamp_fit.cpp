@@ -12,10 +12,15 @@ namespace vildar {
 namespace {
 
 constexpr double kLeastRadius_px = 0.1;  // a point, to any PSF of half a pixel and more
-constexpr double kMostPixels = 900.0;    // of one lamp, beside those about its rim
-constexpr double kRimBand_px = 3.0;
-constexpr int kMostIterations = 30;
-constexpr double kDone = 1e-3;  // expected fall of the cost: a thirtieth of a sigma
+constexpr double kMostPixels = 600.0;    // of one lamp, beside those about its rim
+constexpr double kMostRimPixels = 600.0;
+constexpr double kDenseSizes = 3.0;  // of a lamp that does not clip, its size
+constexpr double kRimInside_px = 5.0, kRimOutside_px = 3.0;
+/// Compression digs holes into clipped areas: a pixel this far inside the rim that nearly clips
+/// does clip.
+constexpr double kHoleDepth_px = 1.5, kHoleLight = 0.8;
+constexpr int kMostIterations = 20;
+constexpr double kDone = 4e-3;  // expected fall of the cost: a sixteenth of a sigma
 
 /// -2 ln of the normal distribution function, its first and its second derivative over 2.
 struct Censored {
@@ -41,11 +46,11 @@ struct Censored {
   }
 };
 
-/// Greatest value of chi-square with `dof` degrees that chance gives once in a hundred times
-/// (Wilson and Hilferty 1931).
-double chi2_limit(double dof) {
-  const double spread = 2.0 / (9.0 * dof);
-  return dof * std::pow(1.0 - spread + 2.326 * std::sqrt(spread), 3);
+/// Standard normal equivalent of a ratio of two mean squares with so many degrees of freedom
+/// (Paulson 1942).
+double normal_of_ratio(double ratio, double above, double below) {
+  const double root = std::cbrt(ratio), a = 2.0 / (9.0 * above), b = 2.0 / (9.0 * below);
+  return ((1.0 - b) * root - (1.0 - a)) / std::sqrt(b * root * root + a);
 }
 
 }  // namespace
@@ -74,10 +79,14 @@ void LampFitter::gather(const FrameLight& light, std::span<const LampGuess> gues
   for (std::size_t i = 0; i < guesses.size(); ++i) {
     const double reach = reach_px_[i], rim = guesses[i].rim_px;
     const Eigen::Vector2d& centre = guesses[i].centre_px;
-    // Deep inside the clipped area every model agrees.
-    const double inner = guesses.size() == 1 ? std::max(rim - 2.0 * kRimBand_px, 0.0) : 0.0;
-    const int stride =
-        std::max(1, static_cast<int>(std::ceil(kPi * (reach * reach - rim * rim) / kMostPixels)));
+    // Where there are more pixels than a fit needs, every so many of them do.
+    const auto stride_of = [](double area_px2, double most) {
+      return std::max(1, static_cast<int>(std::ceil(area_px2 / most)));
+    };
+    const double dense = rim > 0.0 ? rim + kRimOutside_px : kDenseSizes * guesses[i].size_px;
+    const int stride = stride_of(kPi * (reach * reach - dense * dense), kMostPixels);
+    const int rim_stride =
+        stride_of(2.0 * kPi * rim * (kRimInside_px + kRimOutside_px), kMostRimPixels);
     const auto first = [](double at) { return std::max(0, static_cast<int>(std::ceil(at))); };
     const auto last = [](double at, int size) {
       return std::min(size - 1, static_cast<int>(std::floor(at)));
@@ -86,15 +95,21 @@ void LampFitter::gather(const FrameLight& light, std::span<const LampGuess> gues
       for (int u = first(centre.x() - reach); u <= last(centre.x() + reach, luma.width_px); ++u) {
         const Eigen::Vector2d at(u, v);
         const double distance = (at - centre).norm();
-        if (distance > reach || distance < inner) continue;
-        if (stride > 1 && distance > rim + kRimBand_px && (u + 2 * v) % stride != 0) continue;
-        bool taken = false;
-        for (std::size_t j = 0; j < i; ++j)
-          taken |= (at - guesses[j].centre_px).norm() <= reach_px_[j];
-        if (taken) continue;
+        if (distance > reach) continue;
+        if ((u + 2 * v) % (distance > dense ? stride : rim_stride) != 0) continue;
+        bool left_out = false, inside = false;
+        for (std::size_t j = 0; j < guesses.size(); ++j) {
+          const double from_px = (at - guesses[j].centre_px).norm();
+          left_out |= j < i && from_px <= reach_px_[j];
+          // Deep inside a clipped area every model agrees.
+          left_out |= from_px < guesses[j].rim_px - kRimInside_px;
+          inside |= from_px < guesses[j].rim_px - kHoleDepth_px;
+        }
+        if (left_out) continue;
         const int code = luma.code(u, v);
         const double here = static_cast<double>(light.linear[static_cast<std::size_t>(code)]);
-        samples_.push_back({u, v, here, 0.0, code >= light.clip_code});
+        const bool hole = inside && here > kHoleLight * light.clip_light;
+        samples_.push_back({u, v, here, 0.0, hole || code >= light.clip_code});
       }
   }
   trial_variance_.resize(samples_.size());
@@ -358,7 +373,11 @@ void LampFitter::judge(std::span<const LampGuess> guesses) {
   result_.chi2_per_dof = square / std::max(used - fitted, 1.0);
   const double scatter = (square - shaped) / std::max(used - places, 1.0);
   const double dof = std::max(places - fitted, 1.0);
-  result_.bad_fit = shaped > chi2_limit(dof) * std::max(scatter, 1e-12);
+  constexpr double kOnceInHundred = 2.326;
+  result_.bad_fit = normal_of_ratio(shaped / dof / std::max(scatter, 1e-12), dof,
+                                    std::max(used - places, 1.0)) > kOnceInHundred;
+  result_.variance_factor = std::max(1.0, result_.chi2_per_dof);
+  if (result_.bad_fit) result_.variance_factor = std::max(result_.variance_factor, shaped / dof);
 }
 
 const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGuess> guesses,
@@ -401,7 +420,7 @@ const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGue
   const Eigen::LDLT<Matrix> information(sum.information);
   if (information.info() != Eigen::Success || !information.isPositive()) return result_;
   const Matrix covariance =
-      information.solve(Matrix::Identity(size(), size())) * std::max(result_.chi2_per_dof, 1.0);
+      information.solve(Matrix::Identity(size(), size())) * result_.variance_factor;
   const Vector by_wings = information.solve(sum.by_wing_share) * wing_share_sigma_;
   const auto sigma = [&](Eigen::Index i) {
     return std::hypot(std::sqrt(std::max(covariance(i, i), 0.0)), by_wings[i]);

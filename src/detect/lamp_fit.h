@@ -50,8 +50,11 @@ struct LampFit {
 struct LampsFit {
   std::vector<LampFit> lamps;  ///< in the order of the guesses; empty where no fit was found
   double background = 0.0, background_sigma = 0.0;
-  double chi2_per_dof = 0.0;  ///< of the pixels that do not clip; above 1 it has widened the sigmas
-  bool bad_fit = false;       ///< what is left over has a shape: not such lamps, or not such a PSF
+  double chi2_per_dof = 0.0;  ///< of the pixels that do not clip
+  /// By which variances are larger than the pixels' noise alone makes them: chi-square above 1, and
+  /// with `bad_fit` that of rings and quarters, whose pixels then err together.
+  double variance_factor = 1.0;
+  bool bad_fit = false;  ///< what is left over has a shape: not such lamps, or not such a PSF
   int iterations = 0;
 };
 

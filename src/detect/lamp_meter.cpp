@@ -17,9 +17,17 @@ constexpr double kMostMove_px = 25.0;
 /// A fit that goes further than this from where the light was seen has found something else.
 constexpr double kMostShift_px = 1.5;
 constexpr double kMostShiftShare = 0.3;  // of the light's spread
+constexpr double kLeastKnown = 0.3;      // relative sigma of a flux that is worth having
+/// A lamp starts from the radius of the last frame, and every so many frames from anew.
+constexpr int kLooks = 16;
 
 double rim_of(const Peak& peak) {
   return peak.clipped_px > 0 ? std::sqrt(peak.clipped_px / kPi) + peak.eroded_px : 0.0;
+}
+
+bool near(const LampFit& lamp, const Measured& seen) {
+  return (lamp.centre_px - seen.centre_px).norm() <=
+         kMostShift_px + kMostShiftShare * seen.spread_px.maxCoeff();
 }
 
 }  // namespace
@@ -65,8 +73,9 @@ void LampMeter::find_groups(const std::vector<Peak>& peaks, const std::vector<Me
 }
 
 LampGuess LampMeter::guess_of(const Peak& peak, const Measured& light, double nearest_px,
-                              double since_s) const {
+                              double since_s) {
   LampGuess guess;
+  looks_.push_back(0);
   guess.centre_px = light.centre_px;
   guess.rim_px = rim_of(peak);
   guess.size_px = light.spread_px.maxCoeff();
@@ -75,7 +84,9 @@ LampGuess LampMeter::guess_of(const Peak& peak, const Measured& light, double ne
     const Eigen::Vector2d moved_px = light.centre_px - known.centre_px;
     if (!(moved_px.norm() < least_px)) continue;
     least_px = moved_px.norm();
-    guess.radius_px = known.radius_px;
+    looks_.back() = (known.looks + 1) % kLooks;
+    guess.radius_px.reset();
+    if (looks_.back() > 0) guess.radius_px = known.radius_px;
     if (exposure_s_ && since_s > 0.0) guess.motion_px = moved_px * (*exposure_s_ / since_s);
   }
   return guess;
@@ -95,6 +106,7 @@ void LampMeter::measure(const FrameLight& light, CameraTime time, const std::vec
   for (std::size_t group = 0; group < lamps_.size(); ++group) {
     members.clear();
     guesses_.clear();
+    looks_.clear();
     for (std::size_t k = 0; k < lamps_.size(); ++k) {
       if (group_of_[k] != group) continue;
       members.push_back(lamps_[k]);
@@ -104,17 +116,18 @@ void LampMeter::measure(const FrameLight& light, CameraTime time, const std::vec
     const LampsFit& fit = fitter_.fit(light, guesses_, false);
     for (std::size_t k = 0; k < members.size(); ++k) {
       Measured& seen = lights[members[k]];
-      seen.bad_fit = true;
-      if (fit.lamps.empty()) continue;
+      const double last_px = guesses_[k].radius_px.value_or(0.6 * guesses_[k].rim_px);
+      const bool found = !fit.lamps.empty() && near(fit.lamps[k], seen);
+      now_.push_back({seen.centre_px, found ? fit.lamps[k].radius_px : last_px, looks_[k]});
+      seen.bad_fit = !found || fit.bad_fit;
+      if (!found) continue;
       const LampFit& lamp = fit.lamps[k];
-      const double shift_px = (lamp.centre_px - seen.centre_px).norm();
-      if (shift_px > kMostShift_px + kMostShiftShare * seen.spread_px.maxCoeff()) continue;
-      now_.push_back({lamp.centre_px, lamp.radius_px});
+      now_.back().centre_px = lamp.centre_px;
+      if (lamp.flux_sigma < kLeastKnown * lamp.flux)
+        seen.lamp = LampLight{lamp.flux, lamp.flux_sigma, lamp.radius_px, lamp.radius_sigma_px};
       if (fit.bad_fit) continue;
-      seen.bad_fit = false;
       seen.centre_px = lamp.centre_px;
       seen.centre_sigma_px = lamp.centre_sigma_px;
-      seen.lamp = LampLight{lamp.flux, lamp.flux_sigma, lamp.radius_px, lamp.radius_sigma_px};
     }
   }
   std::swap(before_, now_);

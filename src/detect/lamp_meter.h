@@ -16,8 +16,9 @@ class LampMeter {
  public:
   LampMeter(const PsfSite& psf, std::optional<double> exposure_s);
 
-  /// Puts what the fits find into the lights of lamps. Where no fit is found, or its residuals have
-  /// a shape, the light stays as it was and is marked as one that does not fit.
+  /// Puts what the fits find into the lights of lamps. Where the residuals of a fit have a shape
+  /// the light is marked: its flux has a sigma that is wider for it, and its centre stays as it
+  /// was. So is one for which no fit is found, or none that tells more than a factor.
   void measure(const FrameLight& light, CameraTime time, const std::vector<Peak>& peaks,
                std::vector<Measured>& lights);
 
@@ -25,9 +26,9 @@ class LampMeter {
   struct Known {
     Eigen::Vector2d centre_px;
     double radius_px;
+    int looks;  ///< since it was last fitted from the start
   };
-  LampGuess guess_of(const Peak& peak, const Measured& light, double nearest_px,
-                     double since_s) const;
+  LampGuess guess_of(const Peak& peak, const Measured& light, double nearest_px, double since_s);
   void find_groups(const std::vector<Peak>& peaks, const std::vector<Measured>& lights);
 
   LampFitter fitter_;
@@ -39,6 +40,7 @@ class LampMeter {
   std::vector<std::size_t> group_of_;  // of each of them
   std::vector<double> nearest_px_;     // distance from each of them to the next
   std::vector<LampGuess> guesses_;
+  std::vector<int> looks_;  // of each guess
 };
 
 }  // namespace vildar
