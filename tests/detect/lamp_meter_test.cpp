@@ -31,7 +31,7 @@ TEST(LampMeter, MeasuresThePairOfAVehicleWhereItsPixelsClip) {
   Detector without(DetectOptions{}, Response(), std::nullopt);
   constexpr int kTrials = 12;
   const double flux = pictures.flux(2.0, 60.0);
-  int seen = 0, fitted = 0, flagged = 0;
+  int seen = 0, fitted = 0;
   double error = 0.0;
   for (int trial = 0; trial < kTrials; ++trial) {
     const Eigen::Vector2d left(45.3 + 0.7 * trial, 60.2 + 0.1 * trial);
@@ -53,7 +53,6 @@ TEST(LampMeter, MeasuresThePairOfAVehicleWhereItsPixelsClip) {
       EXPECT_NEAR(blob.lamp->flux, truth, 5.0 * blob.lamp->flux_sigma);
       EXPECT_LT(blob.lamp->flux_sigma, 0.05 * truth);
       EXPECT_NEAR(blob.lamp->radius_px, 2.0, 0.2);
-      flagged += has(blob.defects, Defect::bad_fit);
     }
     for (const Blob& blob : without.detect(frame).blobs) {
       if (blob.saturated_px == 0) continue;
@@ -63,7 +62,6 @@ TEST(LampMeter, MeasuresThePairOfAVehicleWhereItsPixelsClip) {
     }
   }
   EXPECT_EQ(seen, 2 * kTrials);
-  EXPECT_LE(flagged, kTrials / 2);  // once in a hundred by chance, more where codes round light
   EXPECT_GE(fitted, 2 * kTrials * 8 / 10);
   EXPECT_LT(std::abs(error / fitted), 0.01);
 }
