@@ -3,6 +3,9 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include "config/site_file.h"
 
 namespace vildar {
 
@@ -70,6 +73,16 @@ inline int line_of(std::string_view text, std::string_view part) {
   int line = 1;
   for (const char c : text.substr(0, at)) line += c == '\n' ? 1 : 0;
   return line;
+}
+
+/// What is wrong with a site file; nothing where it loads.
+inline std::vector<Problem> problems_of(const std::filesystem::path& file) {
+  try {
+    load_site(file);
+  } catch (const ConfigError& error) {
+    return error.problems();
+  }
+  return {};
 }
 
 }  // namespace vildar
