@@ -18,8 +18,8 @@ std::string speed_text(const VehicleResult& vehicle) {
   if (vehicle.withheld) return "withheld: " + std::string(name_of(*vehicle.withheld));
   const SpeedEstimate& speed = vehicle.speed;
   return fixed_text(kmh_from_mps(speed.speed_mps), 1) + " +- " +
-         fixed_text(kmh_from_mps(speed.std_mps), 1) + " km/h (95 %: " +
-         fixed_text(kmh_from_mps(speed.lo95_mps), 1) + " to " +
+         fixed_text(kmh_from_mps(speed.std_mps), 1) +
+         " km/h (95 %: " + fixed_text(kmh_from_mps(speed.lo95_mps), 1) + " to " +
          fixed_text(kmh_from_mps(speed.hi95_mps), 1) + ")";
 }
 
@@ -58,8 +58,9 @@ void add_run(CLI::App& program, int& exit_code) {
                       "Frames per second to assume in place of the clip's own time stamps");
   command->add_option("--threads", options->clip_options.decoder_threads, "Decoder threads")
       ->capture_default_str();
-  command->add_flag("--fast", options->clip_options.skip_loop_filter,
-                    "Skip the H.264 loop filter: faster, lamps shift by a little (docs/results.md)");
+  command->add_flag(
+      "--fast", options->clip_options.skip_loop_filter,
+      "Skip the H.264 loop filter: faster, lamps shift by a little (docs/results.md)");
   command->add_flag("--annotate", options->annotate, "Also write annotated.mp4");
   command->add_flag("--blobs", options->blobs, "Also write blobs.csv, every light of every frame");
   command->add_flag("--json", *json, "Print run.json on standard output in place of the table");

@@ -42,8 +42,12 @@ void annotate_clip(const RunOptions& options, const ClipMeasurement& measurement
       if (trail.size() > kTrailPoints) trail.pop_front();
       if (next->frame < frame->index) continue;
       const VehicleResult& vehicle = *vehicles.at(next->track_id);
-      boxes.push_back({vehicle.track_id, vehicle.direction, next->left, next->right,
-                       label_of(vehicle), {trail.begin(), trail.end()}});
+      boxes.push_back({vehicle.track_id,
+                       vehicle.direction,
+                       next->left,
+                       next->right,
+                       label_of(vehicle),
+                       {trail.begin(), trail.end()}});
     }
     std::erase_if(trails, [&](const auto& entry) {
       return vehicles.at(entry.first)->t_last_s < seconds_of(frame->time);

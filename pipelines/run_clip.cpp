@@ -16,7 +16,8 @@ namespace {
 
 constexpr double kLeastAlone_s = 0.3;
 constexpr double kMargin_s = 5.0;  // of the trace kept before and after a vehicle is in view
-constexpr double kUnknownPassing_s = 2.0;  // from the last sighting until it is past the photodiodes
+constexpr double kUnknownPassing_s =
+    2.0;  // from the last sighting until it is past the photodiodes
 constexpr double kLongestPassing_s = 5.0;
 constexpr std::size_t kPlotPoints = 200;
 constexpr double kForever = std::numeric_limits<double>::infinity();
@@ -30,7 +31,8 @@ double process_cpu_s() {
 // Adds the CPU time since the last call to one stage of the table.
 class StageTimer {
  public:
-  explicit StageTimer(std::map<std::string, double>& table) : table_(table), last_s_(process_cpu_s()) {}
+  explicit StageTimer(std::map<std::string, double>& table)
+      : table_(table), last_s_(process_cpu_s()) {}
   void charge(const char* stage) {
     const double now_s = process_cpu_s();
     table_[stage] += now_s - last_s_;
@@ -79,7 +81,11 @@ class Measuring {
  public:
   Measuring(const RunOptions& options, const Site& site, std::span<const PowerTrace> traces,
             TracksWriter& tracks, ClipMeasurement& measurement)
-      : options_(options), site_(site), traces_(traces), tracks_(tracks), measurement_(measurement) {}
+      : options_(options),
+        site_(site),
+        traces_(traces),
+        tracks_(tracks),
+        measurement_(measurement) {}
 
   void take(std::vector<VehicleTrack> ended) {
     for (VehicleTrack& track : ended) {
@@ -93,8 +99,8 @@ class Measuring {
   /// still followed: none of those can shine on a photodiode at the same time. Without photodiodes
   /// none has to wait.
   void measure_before(double live_since_s) {
-    const auto ready = std::stable_partition(
-        waiting_.begin(), waiting_.end(), [&](const VehicleTrack& track) {
+    const auto ready =
+        std::stable_partition(waiting_.begin(), waiting_.end(), [&](const VehicleTrack& track) {
           return !traces_.empty() && interval_of(track).to_s >= live_since_s;
         });
     std::for_each(ready, waiting_.end(), [&](const VehicleTrack& track) { measure(track); });
@@ -111,7 +117,8 @@ class Measuring {
     ClipInterval interval;
   };
 
-  // A vehicle shines on the photodiodes until it has driven past them, also out of the camera's view.
+  // A vehicle shines on the photodiodes until it has driven past them, also out of the camera's
+  // view.
   ClipInterval shining_of(const VehicleTrack& track) const {
     ClipInterval shining = interval_of(track);
     const VehicleEstimate estimate = estimate_vehicle(track, site_, {});

@@ -33,7 +33,8 @@ void check_usage(const RunOptions& options, const Site& site) {
     problems.push_back(usage(site_file, "there is a clip but the site has no camera",
                              "add a `camera:` section, or leave the clip out"));
   if (options.photodiode && site.photodiodes.empty())
-    problems.push_back(usage(site_file, "there is a photodiode trace but the site has no photodiode",
+    problems.push_back(usage(site_file,
+                             "there is a photodiode trace but the site has no photodiode",
                              "add a `photodiodes:` section, or leave --photodiode out"));
   if (!options.clip && (options.annotate || options.blobs))
     problems.push_back(usage("vildar run", "--annotate and --blobs need a clip", "name a clip"));
@@ -53,9 +54,10 @@ std::string utc_now() {
 
 std::map<std::string, std::string> options_in_force(const RunOptions& options) {
   const ClipOptions& clip = options.clip_options;
-  return {{"frame_rate_override_hz", clip.frame_rate_hz ? number_text(*clip.frame_rate_hz) : "none"},
-          {"decoder_threads", std::to_string(clip.decoder_threads)},
-          {"fast", clip.skip_loop_filter ? "true" : "false"}};
+  return {
+      {"frame_rate_override_hz", clip.frame_rate_hz ? number_text(*clip.frame_rate_hz) : "none"},
+      {"decoder_threads", std::to_string(clip.decoder_threads)},
+      {"fast", clip.skip_loop_filter ? "true" : "false"}};
 }
 
 void append(std::vector<std::string>& to, const std::vector<std::string>& from) {
@@ -64,9 +66,9 @@ void append(std::vector<std::string>& to, const std::vector<std::string>& from) 
 
 void describe_clip(const ClipMeasurement& measurement, RunSummary& summary) {
   const ClipInfo& info = measurement.info;
-  summary.clip = ClipSummary{info.container,    info.codec,       info.pixel_format,
-                             info.width_px,     info.height_px,   info.rotation_deg,
-                             info.nominal_frame_rate_hz, measurement.last_frame_s};
+  summary.clip = ClipSummary{
+      info.container, info.codec,        info.pixel_format,          info.width_px,
+      info.height_px, info.rotation_deg, info.nominal_frame_rate_hz, measurement.last_frame_s};
   summary.options["colour_range"] = info.colour_range;
   const ClipCounts& counts = measurement.counts;
   summary.counts["frames_read"] = counts.frames_read;

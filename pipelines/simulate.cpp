@@ -80,7 +80,8 @@ void run_simulate(SimulateArguments& arguments, const std::string& settings) {
   std::vector<simulate::Report> reports;
   std::int64_t done = 0;
   Progress progress("simulating",
-                    static_cast<std::int64_t>(all ? simulate::experiments().size() : 1), "experiments");
+                    static_cast<std::int64_t>(all ? simulate::experiments().size() : 1),
+                    "experiments");
   for (const simulate::Experiment& experiment : simulate::experiments()) {
     if (!all && experiment.name != arguments.experiment) continue;
     reports.push_back(experiment.run(options));
@@ -111,9 +112,9 @@ void run_simulate(SimulateArguments& arguments, const std::string& settings) {
 
 void add_simulate(CLI::App& program, int& exit_code) {
   const auto arguments = std::make_shared<SimulateArguments>();
-  CLI::App* command = program.add_subcommand(
-      "simulate",
-      "Run the paper's experiments: plots, numbers and one page; `site`: what a site would measure");
+  CLI::App* command = program.add_subcommand("simulate",
+                                             "Run the paper's experiments: plots, numbers and one "
+                                             "page; `site`: what a site would measure");
   CLI::App* site = add_simulate_site(*command, exit_code);
   std::vector<std::string> names{"all"};
   std::string list;

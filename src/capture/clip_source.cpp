@@ -245,9 +245,9 @@ void ClipSource::Impl::finish() {
     warn(number(counts.frames_damaged) + " of " + number(counts.frames_read) +
          " frames are damaged" +
          (counts.frames_damaged > 0 ? ", the first is frame " + number(first_damaged) : "") +
-         (counts.frames_after_damage > 0
-              ? ", and " + number(counts.frames_after_damage) + " up to the next key frame rest on them"
-              : "") +
+         (counts.frames_after_damage > 0 ? ", and " + number(counts.frames_after_damage) +
+                                               " up to the next key frame rest on them"
+                                         : "") +
          " (" + number(counts.packets_damaged) + " bad packets" +
          (lines.empty() ? "" : ": " + joined(lines)) + "); copy the clip from the recorder again");
   if (counts.frames_of_other_size > 0)

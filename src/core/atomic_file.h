@@ -7,8 +7,8 @@
 namespace vildar {
 
 /// A file that appears whole under its name, or not at all. Bytes go to a hidden sibling
-/// `.STEM.PID.part.EXT`; `commit()` flushes it to the disk, renames it and flushes the folder. Destroyed without commit, the
-/// sibling is removed and what stood under the name before stays.
+/// `.STEM.PID.part.EXT`; `commit()` flushes it to the disk, renames it and flushes the folder.
+/// Destroyed without commit, the sibling is removed and what stood under the name before stays.
 /// Every failure (folder missing, read-only, disk full) throws OutputError naming the file.
 class AtomicFile {
  public:

@@ -5,8 +5,8 @@
 
 namespace vildar {
 
-/// Each device has a clock of its own; subtracting a photodiode time from a camera time does not compile.
-/// Only a calibrated or estimated offset crosses over.
+/// Each device has a clock of its own; subtracting a photodiode time from a camera time does not
+/// compile. Only a calibrated or estimated offset crosses over.
 template <class Device>
 struct DeviceClock {
   using duration = std::chrono::nanoseconds;
@@ -33,9 +33,11 @@ Time time_from_seconds(double time_s) {
 }
 
 /// Instant at which a lamp seen in a rolling-shutter frame holds. `row_fraction` is
-/// (row + 0.5) / rows - 0.5 in readout order, so 0 is the middle row, whose mid-exposure is `frame_time`.
+/// (row + 0.5) / rows - 0.5 in readout order, so 0 is the middle row, whose mid-exposure is
+/// `frame_time`.
 inline CameraTime row_time(CameraTime frame_time, double rolling_shutter_s, double row_fraction) {
-  return frame_time + std::chrono::nanoseconds(std::llround(rolling_shutter_s * row_fraction * 1e9));
+  return frame_time +
+         std::chrono::nanoseconds(std::llround(rolling_shutter_s * row_fraction * 1e9));
 }
 
 }  // namespace vildar

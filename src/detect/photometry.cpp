@@ -261,7 +261,7 @@ void Photometer::sum_flux(const LumaView& luma, const LightScale& scale, Measure
 }
 
 std::vector<Measured>& Photometer::measure(const LumaView& luma, const PeakFinder& finder,
-                                                 const LightScale& scale) {
+                                           const LightScale& scale) {
   const std::vector<Peak>& peaks = finder.peaks();
   lights_.clear();
   for (const Peak& peak : peaks)

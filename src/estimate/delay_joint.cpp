@@ -12,8 +12,8 @@ Outcome<JointFit> fit_with_delay(const Trajectory& camera_only, const DelayFit& 
   motion.time_s = delay.speed.time_s;
   motion.value = {delay.speed.speed_mps, delay.acceleration_mps2};
   motion.covariance = delay.covariance;
-  // The shape of the far, faint part of the pulses, which tells the acceleration, is known less well
-  // than its noise says; the bearings tell it anyway.
+  // The shape of the far, faint part of the pulses, which tells the acceleration, is known less
+  // well than its noise says; the bearings tell it anyway.
   constexpr double kAccelerationFloor_mps2 = 0.3;
   motion.covariance(1, 1) += kAccelerationFloor_mps2 * kAccelerationFloor_mps2;
   motion.covariance(0, 0) += std::pow(delay.acceleration_mps2 * time_std_s, 2);

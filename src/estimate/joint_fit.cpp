@@ -110,8 +110,8 @@ Outcome<Solved> solve_joint(const JointProblem& joint, Unknowns& unknowns, doubl
   ceres::Problem::Options options;
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(options);
-  add_geometry(joint.geometry, unknowns.path.data(), free_parameters(joint.geometry),
-               &bearing_loss, problem);
+  add_geometry(joint.geometry, unknowns.path.data(), free_parameters(joint.geometry), &bearing_loss,
+               problem);
   add_light(joint, unknowns, span_s, &power_loss, problem);
 
   // First the light alone on the camera's trajectory: from further away the joint fit can settle in

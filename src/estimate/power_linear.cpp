@@ -1,8 +1,8 @@
 #include <cmath>
 
 #include "estimate/curved_angle.h"
-#include "estimate/power_inverse.h"
 #include "estimate/power_estimators.h"
+#include "estimate/power_inverse.h"
 #include "estimate/power_slope.h"
 
 namespace vildar {

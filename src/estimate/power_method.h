@@ -44,11 +44,11 @@ struct PowerSpeed {
 };
 
 /// The paper's estimator for the road's kind, with a sigma that holds: scatter about the line
-/// (correlated residuals counted as such), the priors of K, gamma, d and r_c and the background's error carried through, and
-/// the error that the estimator itself makes on a noise-free pass of the full model (cosine,
-/// offsets from the curve that it leaves out). The 95 % interval is log-normal. Misses: those of
-/// the estimators, and outside_model where its own error passes a quarter of the speed or the speed
-/// comes out negative.
+/// (correlated residuals counted as such), the priors of K, gamma, d and r_c and the background's
+/// error carried through, and the error that the estimator itself makes on a noise-free pass of the
+/// full model (cosine, offsets from the curve that it leaves out). The 95 % interval is log-normal.
+/// Misses: those of the estimators, and outside_model where its own error passes a quarter of the
+/// speed or the speed comes out negative.
 Outcome<PowerSpeed> power_speed(const PowerSeries& series, const PowerCase& known);
 
 }  // namespace vildar

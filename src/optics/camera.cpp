@@ -44,7 +44,8 @@ double one_to_one_radius(const CameraSite& site) {
   if (site.distortion == DistortionModel::fisheye) {
     constexpr double kWidest_rad = 0.5 * kPi - kStep;
     for (double theta_rad = kStep; theta_rad < kWidest_rad; theta_rad += kStep)
-      if (fisheye_radius(k, theta_rad + kStep) <= fisheye_radius(k, theta_rad)) return std::tan(theta_rad);
+      if (fisheye_radius(k, theta_rad + kStep) <= fisheye_radius(k, theta_rad))
+        return std::tan(theta_rad);
     return std::tan(kWidest_rad);
   }
   constexpr double kWidest = 10.0;
@@ -64,11 +65,10 @@ Bearing bearing_of(const Eigen::Vector3d& ray_road) {
 
 Eigen::Matrix3d camera_from_road_rotation(double yaw_rad, double pitch_rad, double roll_rad) {
   // Body axes: x forward, y left, z up. Positive pitch lifts the nose: a turn about -y.
-  const Eigen::Matrix3d road_from_body =
-      (Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()) *
-       Eigen::AngleAxisd(-pitch_rad, Eigen::Vector3d::UnitY()) *
-       Eigen::AngleAxisd(roll_rad, Eigen::Vector3d::UnitX()))
-          .toRotationMatrix();
+  const Eigen::Matrix3d road_from_body = (Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()) *
+                                          Eigen::AngleAxisd(-pitch_rad, Eigen::Vector3d::UnitY()) *
+                                          Eigen::AngleAxisd(roll_rad, Eigen::Vector3d::UnitX()))
+                                             .toRotationMatrix();
   Eigen::Matrix3d camera_from_body;
   camera_from_body << 0.0, -1.0, 0.0, 0.0, 0.0, -1.0, 1.0, 0.0, 0.0;
   return camera_from_body * road_from_body.transpose();
@@ -89,14 +89,16 @@ std::optional<Eigen::Vector2d> Camera::project(const Eigen::Vector3d& point_road
   return pixel_from_normalized(point_camera_m.head<2>() / point_camera_m.z());
 }
 
-std::optional<Eigen::Vector2d> Camera::pixel_from_normalized(const Eigen::Vector2d& normalized) const {
+std::optional<Eigen::Vector2d> Camera::pixel_from_normalized(
+    const Eigen::Vector2d& normalized) const {
   if (!(normalized.norm() < distortion_radius_limit_)) return std::nullopt;
   const Eigen::Vector2d bent = distorted(site_, normalized);
   return Eigen::Vector2d(site_.focal_px[0] * bent.x() + site_.principal_px[0],
                          site_.focal_px[1] * bent.y() + site_.principal_px[1]);
 }
 
-std::optional<Eigen::Vector2d> Camera::normalized_from_pixel(const Eigen::Vector2d& pixel_px) const {
+std::optional<Eigen::Vector2d> Camera::normalized_from_pixel(
+    const Eigen::Vector2d& pixel_px) const {
   const Eigen::Vector2d bent((pixel_px.x() - site_.principal_px[0]) / site_.focal_px[0],
                              (pixel_px.y() - site_.principal_px[1]) / site_.focal_px[1]);
   if (site_.distortion == DistortionModel::none) return bent;

@@ -43,7 +43,8 @@ class Camera {
   std::optional<Eigen::Vector3d> road_ray_from_pixel(const Eigen::Vector2d& pixel_px) const;
 
   /// Where the ray of a pixel meets the horizontal plane z = height_m in front of the camera.
-  std::optional<Eigen::Vector2d> plane_point_m(const Eigen::Vector2d& pixel_px, double height_m) const;
+  std::optional<Eigen::Vector2d> plane_point_m(const Eigen::Vector2d& pixel_px,
+                                               double height_m) const;
 
  private:
   CameraSite site_;

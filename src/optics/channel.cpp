@@ -12,7 +12,9 @@ double lambertian_order(Radians half_power_angle) {
   return -std::log(2.0) / std::log(std::cos(angle_rad));
 }
 
-double lambertian_gain(double order, double area_m2) { return (order + 1.0) * area_m2 / (2.0 * kPi); }
+double lambertian_gain(double order, double area_m2) {
+  return (order + 1.0) * area_m2 / (2.0 * kPi);
+}
 
 double ratio_from_db(double gain_db) { return std::pow(10.0, 0.1 * gain_db); }
 double db_from_ratio(double ratio) { return 10.0 * std::log10(ratio); }

@@ -22,8 +22,8 @@ struct PowerLaw {
   double path_loss_exponent = 2.0;
   double cosine_exponent = 0.0;
 
-  /// Power at range R along the road and perpendicular distance d. Zero behind the lamp (R <= 0 with
-  /// m > 0). Throws std::domain_error where D is not positive.
+  /// Power at range R along the road and perpendicular distance d. Zero behind the lamp (R <= 0
+  /// with m > 0). Throws std::domain_error where D is not positive.
   double power_w(double range_m, double perpendicular_m) const;
 };
 

@@ -14,10 +14,10 @@ struct PathPoint {
 };
 
 /// Where a path at lateral offset `lateral_m` stands `along_m` metres of its own length from x = 0.
-/// Straight roads: (along, lateral). Curved roads: straight for `straight_m`, then an arc tangent to
-/// it whose radius for the line y = 0 is `radius_m`; lanes are concentric (SPEC 1, paper eqs. 17-19).
-/// `bend` is +1 for a left turn, -1 for a right one, 0 for a straight road. T may be a ceres::Jet.
-/// Needs radius_m - bend * lateral_m > 0.
+/// Straight roads: (along, lateral). Curved roads: straight for `straight_m`, then an arc tangent
+/// to it whose radius for the line y = 0 is `radius_m`; lanes are concentric (SPEC 1, paper eqs.
+/// 17-19). `bend` is +1 for a left turn, -1 for a right one, 0 for a straight road. T may be a
+/// ceres::Jet. Needs radius_m - bend * lateral_m > 0.
 template <class T>
 PathPoint<T> path_point(const T& along_m, const T& lateral_m, double bend, double straight_m,
                         const T& radius_m) {

@@ -142,7 +142,8 @@ std::string facts_of(const VehicleResult& vehicle) {
   if (!vehicle.withheld && vehicle.acceleration_mps2)
     facts.push_back("acceleration " +
                     // Rounded first, so that no "-0.0" is shown.
-                    fixed_text(std::round(*vehicle.acceleration_mps2 * 10.0) / 10.0 + 0.0, 1) + " m/s²");
+                    fixed_text(std::round(*vehicle.acceleration_mps2 * 10.0) / 10.0 + 0.0, 1) +
+                    " m/s²");
   if (!vehicle.withheld && vehicle.closing_speed_mps)
     facts.push_back("relative to the sensor " +
                     fixed_text(kmh_from_mps(*vehicle.closing_speed_mps), 1) + " km/h");

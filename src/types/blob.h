@@ -54,8 +54,8 @@ struct Blob {
   int id = 0;  ///< unique within the frame, from 0
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
   Eigen::Vector2d centre_sigma_px = Eigen::Vector2d::Constant(1.0);
-  /// Linear light above the local background, in units of one pixel at nominal white, divided by the
-  /// exposure (when the site gives it). A lower bound where `saturated`, with a sigma as wide.
+  /// Linear light above the local background, in units of one pixel at nominal white, divided by
+  /// the exposure (when the site gives it). A lower bound where `saturated`, with a sigma as wide.
   double flux = 0.0;
   double flux_sigma = 0.0;
   /// Absent without a calibrated point-spread function, and where no fit tells more than a factor.
@@ -66,13 +66,15 @@ struct Blob {
   PixelBox box;
   /// Standard deviation of the light about the centre along the image axes, px.
   Eigen::Vector2d spread_px = Eigen::Vector2d::Zero();
-  /// Mean Cr and Cb of the blob's rim (where luma does not clip), fractions in [-0.5, 0.5]; 0 for grey clips.
+  /// Mean Cr and Cb of the blob's rim (where luma does not clip), fractions in [-0.5, 0.5]; 0 for
+  /// grey clips.
   double cr = 0.0;
   double cb = 0.0;
   /// (row + 0.5) / rows - 0.5 in readout order, for the rolling shutter.
   double row_fraction = 0.0;
   Defect defects = Defect::none;
-  LampKind kind = LampKind::other;  ///< first from this frame alone; the tracker may know better later
+  LampKind kind =
+      LampKind::other;  ///< first from this frame alone; the tracker may know better later
 };
 
 /// All blobs of one frame.

@@ -49,8 +49,8 @@ struct ChromaView {
 
  private:
   double fraction(const std::uint8_t* plane, int u, int v) const {
-    const std::uint8_t* sample =
-        plane + (v >> shift_v) * stride_bytes + (u >> shift_u) * step_bytes * (bit_depth > 8 ? 2 : 1);
+    const std::uint8_t* sample = plane + (v >> shift_v) * stride_bytes +
+                                 (u >> shift_u) * step_bytes * (bit_depth > 8 ? 2 : 1);
     const int code = bit_depth > 8 ? sample[0] | sample[1] << 8 : *sample;
     const int middle = 1 << (bit_depth - 1);
     return static_cast<double>(code - middle) / (2.0 * middle);
@@ -63,8 +63,8 @@ struct Frame {
   CameraTime time;         ///< middle of the middle row's exposure
   LumaView luma;
   ChromaView chroma;
-  int rotation_deg = 0;    ///< clockwise turn, 0/90/180/270, that shows the picture upright
-  bool damaged = false;    ///< the decoder reported errors in it, or in one it may be predicted from
+  int rotation_deg = 0;  ///< clockwise turn, 0/90/180/270, that shows the picture upright
+  bool damaged = false;  ///< the decoder reported errors in it, or in one it may be predicted from
 };
 
 }  // namespace vildar

@@ -10,23 +10,26 @@ namespace vildar {
 /// What the samples of a photodiode file are, before the site file turns them into watts.
 enum class PowerQuantity : std::uint8_t { power_w, current_a, voltage_v, counts };
 
-/// Raw content of a photodiode file; values as written, nothing dropped but rows that cannot be read.
+/// Raw content of a photodiode file; values as written, nothing dropped but rows that cannot be
+/// read.
 struct PhotodiodeRecording {
   PowerQuantity quantity = PowerQuantity::power_w;
-  std::vector<std::string> ids;            ///< one per channel; empty text for a file with one unnamed channel
-  std::vector<double> time_s;              ///< photodiode clock, in file order
-  std::vector<std::vector<float>> values;  ///< [channel][sample]; NaN where the cell is empty or not a number
+  std::vector<std::string>
+      ids;                     ///< one per channel; empty text for a file with one unnamed channel
+  std::vector<double> time_s;  ///< photodiode clock, in file order
+  std::vector<std::vector<float>>
+      values;  ///< [channel][sample]; NaN where the cell is empty or not a number
   std::int64_t rows_read = 0;
   std::map<std::string, std::int64_t> rejected;  ///< reason -> rows that could not be read
-  bool damaged = false;                          ///< something in the file was unreadable or inconsistent
-  std::vector<std::string> warnings;             ///< each names file, line, fault and remedy
+  bool damaged = false;               ///< something in the file was unreadable or inconsistent
+  std::vector<std::string> warnings;  ///< each names file, line, fault and remedy
 };
 
 /// Power of one photodiode on strictly increasing times; gaps are simply absent samples.
 struct PowerTrace {
   std::string photodiode_id;
-  int photodiode = 0;            ///< index into Site::photodiodes
-  std::vector<double> time_s;    ///< photodiode clock
+  int photodiode = 0;          ///< index into Site::photodiodes
+  std::vector<double> time_s;  ///< photodiode clock
   std::vector<float>
       power_w;  ///< ambient's mean level not yet removed; negative within noise is noise
   double sample_period_s = 0.0;  ///< median spacing
@@ -41,9 +44,9 @@ struct PowerTrace {
 
 /// Mean power over one block of a trace.
 struct PowerBlock {
-  double time_s = 0.0;      ///< middle of the block, clip time (or photodiode time without a clip)
+  double time_s = 0.0;  ///< middle of the block, clip time (or photodiode time without a clip)
   double duration_s = 0.0;
-  double power_w = 0.0;     ///< ambient not removed
+  double power_w = 0.0;  ///< ambient not removed
   double sigma_w = 0.0;
   int samples = 0;
 };

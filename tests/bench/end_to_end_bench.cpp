@@ -27,7 +27,8 @@ double cpu_s() {
 // Rendered once per process, removed at its end.
 struct Clip {
   Clip() : folder(fs::temp_directory_path() / ("vildar_bench_" + std::to_string(::getpid()))) {
-    render(load_scenario(fs::path(VILDAR_SOURCE_DIR) / "tests/bench/four_vehicles_1080p.yaml"), folder, {});
+    render(load_scenario(fs::path(VILDAR_SOURCE_DIR) / "tests/bench/four_vehicles_1080p.yaml"),
+           folder, {});
   }
   ~Clip() { fs::remove_all(folder); }
   fs::path folder;

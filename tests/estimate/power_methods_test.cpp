@@ -242,8 +242,8 @@ TEST(PhotodiodePower, AnErrorOfTheBackgroundIsInTheInterval) {
   const auto z_of = [&](double ambient_sigma_w) {
     trace.ambient_sigma_w = ambient_sigma_w;
     const VehicleResult result = measured(site, kNoiseless, &trace);
-    const auto& speed = std::get<SpeedEstimate>(
-        method_of(result, Method::power_slope_photodiode).speed);
+    const auto& speed =
+        std::get<SpeedEstimate>(method_of(result, Method::power_slope_photodiode).speed);
     return std::abs(speed.speed_mps - kTypical.speed_mps) / speed.std_mps;
   };
   EXPECT_GT(z_of(0.0), 3.0) << "the test's own error is too small to tell";

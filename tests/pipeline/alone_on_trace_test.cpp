@@ -34,7 +34,8 @@ TEST(AloneOnTrace, TakesTheLongerOfTwoFreeStretches) {
 }
 
 TEST(AloneOnTrace, NothingWhereAnotherVehicleCoversTheView) {
-  EXPECT_FALSE(alone_on_trace(ramp(), 0.0, {6.0, 10.0}, std::vector<ClipInterval>{{5.0, 8.0}, {7.5, 9.8}}));
+  EXPECT_FALSE(
+      alone_on_trace(ramp(), 0.0, {6.0, 10.0}, std::vector<ClipInterval>{{5.0, 8.0}, {7.5, 9.8}}));
 }
 
 TEST(AloneOnTrace, ClipTimeIsPhotodiodeTimePlusOffset) {
