@@ -36,15 +36,18 @@ void tame(std::span<Complex> amplitudes, double most) {
 }
 constexpr double kMostMedians = 1.5;
 
-/// Amplitudes of blocks [first, first + size) as they are at one frequency through all of them.
+/// Amplitudes of blocks [first, last), up to a gap, as they are at one frequency through all of
+/// them.
 class Stretch {
  public:
   Stretch(const LineBlocks& lines, double frequency_hz, std::span<const double> others_hz,
           std::size_t first, std::size_t last)
       : amplitudes_(lines.amplitudes(frequency_hz, others_hz, first, last)) {
     tame(amplitudes_, kMostMedians * median_magnitude(amplitudes_));
+    constexpr double kLongest_s = 20.0;  // the clock may also have been set meanwhile
     for (std::size_t j = first; j < last; ++j) {
       const double time_s = lines.blocks()[j].time_s - lines.blocks()[first].time_s;
+      if (time_s > kLongest_s) break;
       times_s_.push_back(time_s);
       amplitudes_[j - first] *= std::polar(1.0, -2.0 * kPi * frequency_hz * time_s);
     }
@@ -58,6 +61,7 @@ class Stretch {
     return std::norm(sum);
   }
 
+  std::size_t blocks() const { return times_s_.size(); }
   double length_s() const { return times_s_.back(); }
 
  private:
@@ -118,7 +122,9 @@ Line look_for(const LineBlocks& lines, double frequency_hz, std::span<const doub
   std::vector<double> offs_hz;
   for (const std::size_t first : stretches_of(lines.blocks().size())) {
     const std::size_t last = std::min(first + kStretch, lines.blocks().size());
-    const Peak peak = find_peak(Stretch(lines, frequency_hz, others_hz, first, last), reach_hz);
+    const Stretch stretch(lines, frequency_hz, others_hz, first, last);
+    if (stretch.blocks() < kFewest) continue;
+    const Peak peak = find_peak(stretch, reach_hz);
     if (peak.over_floor < kClear) continue;
     line.power = std::max(line.power, peak.power);
     offs_hz.push_back(peak.off_hz);

@@ -70,7 +70,8 @@ LineBlocks::LineBlocks(const PowerTrace& trace) : trace_(trace) {
   for (std::size_t i = 0; i < time_s.size();) {
     const double index = std::floor((time_s[i] - time_s.front()) / kBlock_s + 1e-6);
     const double end_s = time_s.front() + (index + 1.0 - 1e-6) * kBlock_s;
-    LineBlock block{i, i, 0.0, false, false};
+    // Rounding of large times may put a block's first sample at its very end.
+    LineBlock block{i, i + 1, 0.0, false, false};
     double sum_s = 0.0;
     for (; block.last < time_s.size() && time_s[block.last] < end_s; ++block.last)
       sum_s += time_s[block.last] - time_s[i];

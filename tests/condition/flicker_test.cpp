@@ -106,6 +106,32 @@ TEST(RemoveFlicker, StampsThatTellUnevenSamplingAreUsed) {
   EXPECT_LT(error_w(trace, 1.0, 10.0), 1.1 * kSigma_w + 2e-3 * 0.4);
 }
 
+TEST(RemoveFlicker, StampsSince1970AreNoOtherTrace) {
+  // A double holds them to 0.2 us: the uneven ones fall on either side of any limit between blocks.
+  constexpr double kSince1970_s = 1'763'769'600.25, kLimit_s = 0.1;
+  Random random(4);
+  PowerTrace trace = trace_of({.mains_hz = 50.07, .jitter_s = 4e-4}, random);
+  for (std::size_t i = 100; i < trace.time_s.size(); i += 100)
+    trace.time_s[i] = trace.time_s[0] + kLimit_s * static_cast<double>(i / 100) - 1.5e-7;
+  PowerTrace late = trace;
+  for (double& time_s : late.time_s) time_s += kSince1970_s;
+  remove_flicker(trace, 50.0);
+  remove_flicker(late, 50.0);
+  EXPECT_NEAR(late.mains_hz, trace.mains_hz, 1e-3);
+  EXPECT_NEAR(late.flicker_w, trace.flicker_w, 0.01 * trace.flicker_w);
+}
+
+TEST(RemoveFlicker, AClockThatIsSetOnTheWayIsAGap) {
+  Random random(8);
+  PowerTrace trace = trace_of({.mains_hz = 50.07}, random);
+  const std::vector<double> times_s = trace.time_s;
+  for (std::size_t i = 13'000; i < times_s.size(); ++i) trace.time_s[i] += 1'763'769'600.0;
+  remove_flicker(trace, 50.0);
+  EXPECT_NEAR(trace.mains_hz, 50.07, 0.01);
+  trace.time_s = times_s;
+  EXPECT_LT(error_w(trace, 1.0, 10.0), 1.1 * kSigma_w + 2e-3 * 0.4);
+}
+
 TEST(RemoveFlicker, ATraceWithoutItStays) {
   Random random(5);
   for (int trial = 0; trial < 20; ++trial) {
