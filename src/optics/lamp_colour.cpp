@@ -1,5 +1,6 @@
 #include "optics/lamp_colour.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace vildar {
@@ -13,10 +14,15 @@ struct Colour {
 constexpr Colour kHead{0.012, -0.015, 0.06, 0.022}, kTail{0.12, -0.05, 0.05, 0.045};
 constexpr double kYellowCr = 0.6, kYellowCb = -0.8;  // a unit vector
 
+double across_of(double cr, double cb) { return cb * kYellowCr - cr * kYellowCb; }
+
 double log_density(double cr, double cb, const Colour& colour) {
   const double off_cr = cr - colour.cr, off_cb = cb - colour.cb;
   const double along = (off_cr * kYellowCr + off_cb * kYellowCb) / colour.along_sigma;
-  const double across = (off_cb * kYellowCr - off_cr * kYellowCb) / colour.across_sigma;
+  // Greener than headlamps is no nearer to red, though the wider density has more there.
+  const double across = (std::max(across_of(cr, cb), across_of(kHead.cr, kHead.cb)) -
+                         across_of(colour.cr, colour.cb)) /
+                        colour.across_sigma;
   return -0.5 * (along * along + across * across) -
          std::log(colour.along_sigma * colour.across_sigma);
 }

@@ -19,6 +19,12 @@ TEST(LampColour, RedLightsAreTailLamps) {
   EXPECT_GT(tail_lamp_log_odds(0.5 * 0.7, -0.06), 5.0);
 }
 
+TEST(LampColour, GreenLightsAreNoTailLamps) {
+  EXPECT_LT(tail_lamp_log_odds(-0.10, 0.00), -2.0);   // a greenish LED
+  EXPECT_LT(tail_lamp_log_odds(-0.25, -0.05), -2.0);  // a traffic light
+  EXPECT_LT(tail_lamp_log_odds(-0.20, 0.05), -2.0);
+}
+
 // Mixed with white light, a tail lamp's odds fall steadily.
 TEST(LampColour, OddsFallAsRedIsWhitened) {
   double last = tail_lamp_log_odds(0.2, -0.03);
