@@ -15,7 +15,7 @@ constexpr NumberRule kExposure_s{0.0, 10.0, true, false};
 constexpr NumberRule kRollingShutter_s{0.0, 1.0, false, false};
 constexpr NumberRule kCoreSigma_px{0.5, 20.0, false, false};
 constexpr NumberRule kWingShare{0.0, 0.9, false, false};
-constexpr NumberRule kWingScale_px{0.0, 100.0, true, false};
+constexpr NumberRule kWingScale_px{0.5, 100.0, false, false};
 constexpr NumberRule kWingExponent{2.0, 10.0, true, false};
 
 void read_distortion(const YamlMap& map, CameraSite& camera) {

@@ -134,7 +134,10 @@ LampsSite read_lamps(const YamlMap& map) {
     const std::vector<YamlMap> maps = map.maps("classes");
     for (const YamlMap& element : maps) lamps.classes.push_back(read_lamp_class(element));
     check_ids(maps, lamps.classes);
-    if (!lamps.classes.empty()) pool_classes(lamps);
+    if (!lamps.classes.empty())
+      pool_classes(lamps);
+    else if (maps.empty())
+      map.problem("classes", "names no class", "give at least one, or height_m and separation_m");
   } else {
     map.read("height_m", lamps.height_m, kPositive);
     map.read("separation_m", lamps.separation_m, kPositive);
