@@ -8,7 +8,8 @@ set(VILDAR_SANITIZE "" CACHE STRING "Comma-separated sanitizers, e.g. address,un
 
 find_program(VILDAR_CCACHE ccache)
 if(VILDAR_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${VILDAR_CCACHE})
+  # Without these two ccache stores nothing that is compiled with a precompiled header.
+  set(CMAKE_CXX_COMPILER_LAUNCHER env CCACHE_SLOPPINESS=pch_defines,time_macros ${VILDAR_CCACHE})
 endif()
 
 add_library(vildar_settings INTERFACE)
@@ -20,6 +21,7 @@ target_compile_options(vildar_settings INTERFACE
   # 105329 and 105651); the sanitizers would find real ones.
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overread>
   $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds>
   $<$<BOOL:${VILDAR_WERROR}>:-Werror>)
 if(VILDAR_SANITIZE)
@@ -32,12 +34,14 @@ if(VILDAR_SANITIZE)
 endif()
 
 # vildar_library(<room> SOURCES ... [PUBLIC libs...] [PRIVATE libs...])
-# A room of src/ as a static library vildar::<room>; without SOURCES it is header-only.
+# A room of src/ as a static library vildar::<room>; without SOURCES it is header-only. All rooms share the
+# precompiled header of src/CMakeLists.txt.
 function(vildar_library room)
   cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   if(ARG_SOURCES)
     add_library(vildar_${room} STATIC ${ARG_SOURCES})
     target_link_libraries(vildar_${room} PUBLIC vildar_settings ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+    target_precompile_headers(vildar_${room} REUSE_FROM vildar_pch)
   else()
     add_library(vildar_${room} INTERFACE)
     target_link_libraries(vildar_${room} INTERFACE vildar_settings ${ARG_PUBLIC})
