@@ -214,7 +214,9 @@ VehicleResult estimate_pass(const PowerPass& pass, int pass_number, const Site& 
   if (traces.size() > 1) methods.push_back(delay_method(pass, site, traces, offset_s));
   stand_by_surest(methods, result);
   constexpr double kOthersMatter = 0.01;  // of the brightest light
-  if (result.withheld && pass.others_w > kOthersMatter * peak_w(trace, pass))
+  const bool of_the_site =
+      result.withheld == Miss::no_scale || result.withheld == Miss::outside_model;
+  if (result.withheld && !of_the_site && pass.others_w > kOthersMatter * peak_w(trace, pass))
     result.withheld = Miss::several_vehicles;
   if (!result.withheld && lane && !curved) result.lateral_m = lane->lateral_m.mean;
   warn_of_contradictions(result);

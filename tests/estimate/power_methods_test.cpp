@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "estimate/vehicle.h"
@@ -164,6 +166,17 @@ TEST(Pass, IsWithheldWhereGainAndLaneAreTooVague) {
   const VehicleResult result = estimate_pass({-0.5, 2.5, 2.4}, 1, site, {&trace, 1});
   EXPECT_EQ(result.withheld, Miss::too_uncertain);
   EXPECT_TRUE(std::holds_alternative<SpeedEstimate>(result.methods.front().speed));
+}
+
+TEST(Pass, WithoutAGainOtherVehiclesAreNotToBlame) {
+  Site site = diode_site();
+  site.channel->gain_db.reset();
+  Random random(1);
+  const PowerTrace trace = trace_of(kTypical, site, matching_diode(), random);
+  PowerPass pass{-0.5, 2.5, 2.4};
+  pass.others_w = 0.02 * *std::max_element(trace.power_w.begin(), trace.power_w.end());
+  const VehicleResult result = estimate_pass(pass, 1, site, {&trace, 1});
+  EXPECT_EQ(result.withheld, Miss::no_scale);
 }
 
 TEST(Pass, OnACurveUsesTheArcAngle) {
