@@ -1,6 +1,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <set>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -37,6 +38,14 @@ Site load_fixed_site(const std::filesystem::path& file) {
         {usage(file, "the camera drives (`ego:`)",
                "learn from a camera that stands still; a dashcam has no fixed mount")});
   return site;
+}
+
+// Passes that count twice would make the site twice as sure of them.
+void refuse_repeated(const std::vector<std::filesystem::path>& runs) {
+  std::set<std::filesystem::path> folders;
+  for (const std::filesystem::path& run : runs)
+    if (!folders.insert(std::filesystem::weakly_canonical(run)).second)
+      throw ConfigError({usage(run, "the run is given twice", "name each run once")});
 }
 
 SiteLearning learn(const std::vector<VehicleTrack>& passes, const Site& site) {
@@ -108,6 +117,7 @@ std::string json_report(const SiteLearning& learning) {
 
 void calibrate_mount(const MountArguments& arguments) {
   const Site site = load_fixed_site(arguments.site);
+  refuse_repeated(arguments.runs);
   std::vector<VehicleTrack> passes;
   for (const std::filesystem::path& run : arguments.runs)
     for (VehicleTrack& track : read_recorded_passes(run, *site.camera))

@@ -101,6 +101,9 @@ TEST_F(Calibrate, SaysWhatIsMissing) {
                 "v_left_std_px,u_right_std_px,v_right_std_px\n0,0,1,5,5,9,5,0.1,0.1,0.1,0.1\n");
   test::expect_told(run({"calibrate", "mount", run_folder, "--site", site, "--out", out}), 3,
                     {"1 passes", "at least five"});
+  const std::string again = run_folder + "/../" + folder_.path().filename().string() + "/";
+  test::expect_told(run({"calibrate", "mount", run_folder, again, "--site", site, "--out", out}), 2,
+                    {"given twice"});
   EXPECT_FALSE(fs::exists(out));
 }
 
