@@ -52,48 +52,70 @@ Rails rails_of(const std::vector<float>& values, PowerQuantity quantity,
   return {.low = -rail, .high = rail, .known = true};
 }
 
+/// Least and greatest value.
+std::pair<float, float> ends_of(const std::vector<float>& values) {
+  float low = values.front(), high = values.front();
+  for (const float value : values) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  return {low, high};
+}
+
 /// Share of the samples between the ends that equal their neighbour: how much the converter hides.
 double share_of_equals(const std::vector<float>& values, float lowest, float highest) {
   std::size_t equal = 0, all = 0;
   for (std::size_t i = 1; i < values.size(); ++i) {
-    if (values[i] == lowest || values[i] == highest) continue;
-    equal += values[i] == values[i - 1] ? 1 : 0;
-    ++all;
+    const std::size_t inner = values[i] != lowest && values[i] != highest ? 1 : 0;
+    equal += values[i] == values[i - 1] ? inner : 0;
+    all += inner;
   }
   return all > 0 ? static_cast<double>(equal) / static_cast<double>(all) : 1.0;
 }
 
-void mark_runs(const std::vector<float>& values, float end_value, std::size_t least,
-               std::vector<bool>& found) {
-  for (std::size_t i = 0; i < values.size();) {
+/// Samples [first, last).
+struct Span {
+  std::size_t first = 0, last = 0;
+};
+
+/// Runs of at least `least` samples for which `is_at_end` holds.
+template <class AtEnd>
+void add_runs(const std::vector<float>& values, std::size_t least, AtEnd is_at_end,
+              std::vector<Span>& runs) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!is_at_end(values[i])) continue;
     std::size_t end = i;
-    while (end < values.size() && values[end] == end_value) ++end;
-    if (end - i >= least)
-      std::fill(found.begin() + static_cast<std::ptrdiff_t>(i),
-                found.begin() + static_cast<std::ptrdiff_t>(end), true);
-    i = std::max(end, i + 1);
+    while (end < values.size() && is_at_end(values[end])) ++end;
+    if (end - i >= least) runs.push_back({i, end});
+    i = end;
   }
 }
 
-/// Whether each sample is clipped.
-std::vector<bool> clipped(const std::vector<float>& values, const Rails& rails) {
-  std::vector<bool> found(values.size(), false);
-  if (values.empty()) return found;
-  for (std::size_t i = 0; i < values.size(); ++i)
-    found[i] = values[i] <= rails.low || values[i] >= rails.high;
-  const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
-  if (rails.known || *lowest == *highest) return found;
+/// Runs of clipped samples, in order.
+std::vector<Span> clipped(const std::vector<float>& values, const Rails& rails) {
+  std::vector<Span> runs;
+  add_runs(
+      values, 1, [&](float value) { return value <= rails.low || value >= rails.high; }, runs);
+  const auto [low, high] = ends_of(values);
+  if (rails.known || low == high) return runs;
   // As many equal samples in a row as chance gives in one trace of a thousand.
   constexpr double kLeastShare = 0.01, kMostShare = 0.97, kChance = 1e-3;
-  const double equals = share_of_equals(values, *lowest, *highest);
+  const double equals = share_of_equals(values, low, high);
   const double chance = std::log(kChance / static_cast<double>(values.size())) /
                         std::log(std::clamp(equals, kLeastShare, kMostShare));
   const std::size_t least = std::max(kFlatRun, 1 + static_cast<std::size_t>(std::ceil(chance)));
-  mark_runs(values, *highest, least, found);
   // A converter coarser than the noise shows the dark as one flat line.
   constexpr double kFine = 0.5;
-  if (equals < kFine) mark_runs(values, *lowest, least, found);
-  return found;
+  const bool low_too = equals < kFine && low > rails.low;
+  add_runs(
+      values, least,
+      [top = high, bottom = low, low_too](float value) {
+        return value == top || (low_too && value == bottom);
+      },
+      runs);
+  std::sort(runs.begin(), runs.end(),
+            [](const Span& one, const Span& other) { return one.first < other.first; });
+  return runs;
 }
 
 /// Indices of the longest strictly increasing selection of `time_s` (patience sorting): one wild
@@ -153,30 +175,32 @@ void put_in_order(CleanSamples& clean) {
 CleanSamples clean_samples(const std::vector<double>& time_s, const std::vector<float>& values,
                            PowerQuantity quantity, const PhotodiodeSite& photodiode) {
   CleanSamples finite;
-  finite.time_s.reserve(values.size());
-  finite.values.reserve(values.size());
+  finite.time_s.resize(values.size());
+  finite.values.resize(values.size());
+  std::size_t count = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    if (!std::isfinite(values[i]) || !std::isfinite(time_s[i])) {
-      reject(finite, "not_a_number");
-      continue;
-    }
-    finite.time_s.push_back(time_s[i]);
-    finite.values.push_back(values[i]);
+    finite.time_s[count] = time_s[i];
+    finite.values[count] = values[i];
+    count += std::isfinite(values[i]) && std::isfinite(time_s[i]) ? 1 : 0;
   }
+  if (count < values.size())
+    finite.rejected["not_a_number"] = static_cast<std::int64_t>(values.size() - count);
+  finite.time_s.resize(count);
+  finite.values.resize(count);
   put_in_order(finite);
   if (finite.values.empty()) return finite;
 
-  const std::vector<bool> at_rail =
+  const std::vector<Span> runs =
       clipped(finite.values, rails_of(finite.values, quantity, photodiode));
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < finite.values.size(); ++i) {
-    if (at_rail[i]) {
-      reject(finite, "clipped");
-      continue;
+  if (runs.empty()) return finite;
+  std::size_t kept = runs.front().first;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    finite.rejected["clipped"] += static_cast<std::int64_t>(runs[r].last - runs[r].first);
+    const std::size_t end = r + 1 < runs.size() ? runs[r + 1].first : finite.values.size();
+    for (std::size_t i = runs[r].last; i < end; ++i, ++kept) {
+      finite.time_s[kept] = finite.time_s[i];
+      finite.values[kept] = finite.values[i];
     }
-    finite.time_s[kept] = finite.time_s[i];
-    finite.values[kept] = finite.values[i];
-    ++kept;
   }
   finite.time_s.resize(kept);
   finite.values.resize(kept);

@@ -19,7 +19,7 @@ constexpr double kMostWander_hz = 0.2;
 constexpr std::size_t kStretch = 100;  // blocks in which a frequency is looked for
 constexpr std::size_t kFewest = 20;    // blocks
 constexpr double kMostOff_hz = 0.3;    // of the mains
-constexpr double kMostStretches = 20.0;
+constexpr double kMostStretches = 10.0;
 
 double median_magnitude(std::span<const Complex> amplitudes) {
   std::vector<double> magnitudes;
@@ -76,10 +76,10 @@ struct Peak {
 };
 
 Peak find_peak(const Stretch& stretch, double reach_hz) {
-  constexpr double kFloorFrom_hz = 1.5, kFloorTo_hz = 4.5;
+  constexpr double kFloorFrom_hz = 1.5, kFloorTo_hz = 4.5, kFloorStep_hz = 0.25;
   const double step_hz = 0.25 / stretch.length_s();
   std::vector<double> floor;
-  for (double off_hz = kFloorFrom_hz; off_hz < kFloorTo_hz; off_hz += 2.0 * step_hz)
+  for (double off_hz = kFloorFrom_hz; off_hz < kFloorTo_hz; off_hz += kFloorStep_hz)
     for (const double side : {-1.0, 1.0}) floor.push_back(stretch.power(side * off_hz));
   Peak peak{.power = -1.0};
   for (double off_hz = -reach_hz; off_hz <= reach_hz; off_hz += step_hz)

@@ -126,12 +126,11 @@ std::vector<Complex> LineBlocks::amplitudes(double frequency_hz, std::span<const
       uneven = kernel_of(own_times_s(trace_, block), frequency_hz, others_hz);
     }
     const float* light_w = trace_.power_w.data() + block.first;
-    double re = 0.0, im = 0.0;
-    for (std::size_t k = 0; k < n; ++k) {
-      re += kernel->re[k] * static_cast<double>(light_w[k]);
-      im += kernel->im[k] * static_cast<double>(light_w[k]);
-    }
-    found[j - first] = {re, im};
+    const Eigen::VectorXd light =
+        Eigen::Map<const Eigen::VectorXf>(light_w, static_cast<Eigen::Index>(n)).cast<double>();
+    const Eigen::Map<const Eigen::VectorXd> re(kernel->re.data(), light.size());
+    const Eigen::Map<const Eigen::VectorXd> im(kernel->im.data(), light.size());
+    found[j - first] = {re.dot(light), im.dot(light)};
   }
   return found;
 }
