@@ -173,42 +173,53 @@ void unmark_tails(Levels& levels) {
   });
 }
 
-/// Times and levels to interpolate between: medians of neighbouring dark blocks, which leave a
-/// step where it is.
+/// Times and levels to interpolate between.
 struct Curve {
   std::vector<double> time_s;
   std::vector<double> level_w;
 };
 
-Curve dark_curve(const Levels& levels) {
-  constexpr std::size_t kReach = 10;  // blocks
+Curve dark_blocks(const Levels& levels) {
   Curve dark;
   for (std::size_t i = 0; i < levels.dark.size(); ++i) {
     if (!levels.dark[i]) continue;
     dark.time_s.push_back(levels.time_s[i]);
     dark.level_w.push_back(levels.power_w[i]);
   }
-  Curve curve{dark.time_s, {}};
-  for (std::size_t i = 0; i < dark.time_s.size(); ++i) {
-    // As far to one side as to the other, so that a slope does not shift the median.
-    std::size_t reach = std::min({kReach, i, dark.time_s.size() - 1 - i});
-    while (reach > 0 && dark.time_s[i + reach] - dark.time_s[i - reach] > kLongestGap_s) --reach;
-    const auto from = dark.level_w.begin() + static_cast<std::ptrdiff_t>(i - reach);
-    std::vector<double> around(from, from + static_cast<std::ptrdiff_t>(2 * reach + 1));
-    curve.level_w.push_back(median_of(around));
-  }
-  return curve;
+  return dark;
 }
 
 /// What a change between neighbouring blocks must pass to be a step: more than noise, and than
 /// what a slope does.
 double step_threshold_w(const Curve& curve, const Levels& levels) {
-  constexpr double kTimesUsual = 10.0;
+  constexpr double kTimesUsual = 4.0;
   std::vector<double> changes_w;
   for (std::size_t i = 1; i < curve.level_w.size(); ++i)
     changes_w.push_back(std::abs(curve.level_w[i] - curve.level_w[i - 1]));
   const double usual_w = changes_w.empty() ? 0.0 : quantile_of(changes_w, 0.9);
   return std::max(kSigmas * levels.sigma_w, kTimesUsual * usual_w);
+}
+
+/// Medians of neighbouring dark blocks on the same side of every step.
+Curve smoothed(const Curve& dark, double step_w) {
+  constexpr std::size_t kReach = 10;  // blocks
+  const std::size_t n = dark.level_w.size();
+  std::vector<int> steps_before(n);
+  for (std::size_t i = 1; i < n; ++i)
+    steps_before[i] =
+        steps_before[i - 1] + (std::abs(dark.level_w[i] - dark.level_w[i - 1]) > step_w ? 1 : 0);
+  Curve curve{dark.time_s, {}};
+  for (std::size_t i = 0; i < n; ++i) {
+    // As far to one side as to the other, so that a slope does not shift the median.
+    std::size_t reach = std::min({kReach, i, n - 1 - i});
+    while (reach > 0 && (dark.time_s[i + reach] - dark.time_s[i - reach] > kLongestGap_s ||
+                         steps_before[i + reach] != steps_before[i - reach]))
+      --reach;
+    const auto from = dark.level_w.begin() + static_cast<std::ptrdiff_t>(i - reach);
+    std::vector<double> around(from, from + static_cast<std::ptrdiff_t>(2 * reach + 1));
+    curve.level_w.push_back(median_of(around));
+  }
+  return curve;
 }
 
 /// Without the blocks within which a step falls.
@@ -289,13 +300,14 @@ void remove_drift(PowerTrace& trace) {
   mark_floor(levels);
   mark_steady(levels);
   unmark_tails(levels);
-  Curve curve = dark_curve(levels);
-  if (curve.level_w.empty()) return;
+  const Curve dark = dark_blocks(levels);
+  if (dark.level_w.empty()) return;
+  const double step_w = step_threshold_w(dark, levels);
+  Curve curve = smoothed(dark, step_w);
   const auto [least, most] = std::minmax_element(curve.level_w.begin(), curve.level_w.end());
   const double range_w = *most - *least;
   if (!(range_w > kSigmas * levels.sigma_w)) return;
   trace.drift_w = range_w;
-  const double step_w = step_threshold_w(curve, levels);
   curve = without_mixed(curve, step_w);
   std::vector<double> sorted_w = curve.level_w;
   trace.ambient_w = median_of(sorted_w);
