@@ -40,8 +40,14 @@ Light light_in(const PowerTrace& trace) {
                              trace.time_s.back() + 0.5 * trace.sample_period_s, block_s);
   if (light.blocks.empty()) return light;
   std::vector<double> sigmas_w;
+  // Where it was never dark the ambient may be anything below the least light seen.
+  const double least_w =
+      std::min_element(light.blocks.begin(), light.blocks.end(), [](const auto& a, const auto& b) {
+        return a.power_w < b.power_w;
+      })->power_w;
+  const double floor_w = std::max(trace.ambient_w, least_w);
   for (const PowerBlock& block : light.blocks) {
-    light.above_w.push_back(block.power_w - trace.ambient_w);
+    light.above_w.push_back(block.power_w - floor_w);
     sigmas_w.push_back(block.sigma_w);
   }
   // Vehicles only add light, so what lies below ambient shows how far blocks scatter in the dark.

@@ -91,6 +91,14 @@ TEST(FindPasses, TheLightOfThoseBehindIsTold) {
   EXPECT_NEAR(passes[1].others_w, 0.0, 5.0 * kSigma_w / std::sqrt(20.0));
 }
 
+TEST(FindPasses, WhereItWasNeverDarkTheLeastLightIsTheFloor) {
+  Random random(8);
+  PowerTrace trace = trace_of({.vehicles_s = {6.0, 15.0}}, random);
+  trace.ambient_w = 0.0;  // not known, as beside a stream of traffic
+  trace.ambient_sigma_w = 0.02;
+  EXPECT_EQ(find_passes(trace).size(), 2U);
+}
+
 TEST(FindPasses, AGapWithinAPassDoesNotPartIt) {
   Random random(4);
   const auto lost = [](double time_s) { return time_s > 5.0 && time_s < 5.4; };
