@@ -52,12 +52,13 @@ Frames usable_frames(const VehicleTrack& track) {
   return frames;
 }
 
-// Keeps the frames within 30 degrees of incidence.
+// Keeps the frames of the part that the trajectory was fitted to, within 30 degrees of incidence.
 PowerSeries within_incidence(const PowerSeries& all, const PowerCase& known,
                              const Trajectory& trajectory) {
   const double widest = std::tan(radians_from_degrees(30.0));
   PowerSeries kept;
   for (std::size_t i = 0; i < all.time_s.size(); ++i) {
+    if (all.time_s[i] < trajectory.from_s || all.time_s[i] > trajectory.to_s) continue;
     const double ahead_m = trajectory.at(all.time_s[i]).range_m - known.receiver_m.x();
     if (known.bend == 0.0 ? ahead_m * widest <= known.perpendicular_m() : ahead_m <= 0.0) continue;
     kept.time_s.push_back(all.time_s[i]);
@@ -131,9 +132,9 @@ Outcome<PhotodiodeLight> photodiode_light(const VehicleTrack& track, const Site&
   if (const Miss* miss = std::get_if<Miss>(&found)) return *miss;
   PhotodiodeLight light;
   light.known = std::get<PowerCase>(found);
-  light.series =
-      usable_power(*power.trace, site, light.known, seconds_of(track.sightings.front().time),
-                   seconds_of(track.sightings.back().time), trajectory);
+  const double from_s = trajectory ? trajectory->from_s : seconds_of(track.sightings.front().time);
+  const double to_s = trajectory ? trajectory->to_s : seconds_of(track.sightings.back().time);
+  light.series = usable_power(*power.trace, site, light.known, from_s, to_s, trajectory);
   if (light.series.time_s.size() < 10) return Miss::too_few_samples;
   if (light.series.time_s.back() - light.series.time_s.front() < kShortest_s)
     return Miss::too_short;

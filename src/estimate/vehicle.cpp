@@ -247,6 +247,7 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
           "photodiodes along the road");
   } else {
     trajectories = std::get<std::vector<Trajectory>>(std::move(fitted));
+    result.n_frames = trajectories.front().frames;
     report(track, trajectories, speed_of(trajectories), result);
   }
   MethodResult geometry{Method::geometry_camera, Miss::unobservable, result.n_frames, ""};

@@ -100,6 +100,23 @@ TEST(CameraIntensity, IsWithheldWherePixelsClip) {
   EXPECT_FALSE(result.withheld);
 }
 
+// Only the part of a track that was measured tells how far the vehicle was.
+TEST(CameraIntensity, TakesItsGainFromThePartThatWasMeasured) {
+  const Site site = mast_site(4.0);
+  Vehicle braking = kTypical;
+  braking.change_s = 1.5;
+  braking.change_mps2 = -7.0;
+  Random random(1);
+  const View view{.to_s = 2.4, .frame_rate_hz = 30.0, .sigma_px = 0.02};
+  const VehicleTrack track = track_of(braking, site, view, random);
+  const VehicleResult result = estimate_vehicle(track, site, {}).result;
+  ASSERT_FALSE(result.warnings.empty());
+  EXPECT_LT(static_cast<std::size_t>(result.n_frames), track.sightings.size());
+  const MethodResult& row = method_of(result, Method::power_slope_camera);
+  EXPECT_LE(row.samples, result.n_frames);
+  EXPECT_NEAR(speed_of(row) / 20.0, 1.0, 0.01);
+}
+
 TEST(PhotodiodePower, FindsTheSpeed) {
   const Site site = diode_site();
   Random random(1);
