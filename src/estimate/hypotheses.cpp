@@ -113,6 +113,7 @@ void weigh(std::vector<Trajectory>& trajectories) {
     one.weight = one.log_prior + log_evidence(one);
     most = std::max(most, one.weight);
   }
+  std::erase_if(trajectories, [](const Trajectory& one) { return !std::isfinite(one.weight); });
   const auto normalise = [&] {
     double sum = 0.0;
     for (const Trajectory& one : trajectories) sum += one.weight;
@@ -151,6 +152,7 @@ Outcome<std::vector<Trajectory>> fit_hypotheses(const Trajectory& seen,
   }
   if (found.empty()) return *miss;
   weigh(found);
+  if (found.empty()) return Miss::not_converged;
   return found;
 }
 

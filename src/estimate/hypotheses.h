@@ -17,8 +17,9 @@ Outcome<std::vector<Trajectory>> fit_hypotheses(const Trajectory& seen,
                                                 const Site& site, Direction direction);
 
 /// Gives each trajectory its posterior probability, by Laplace's approximation of its evidence and
-/// its log_prior; the likeliest comes first, and those of no consequence are dropped. All share
-/// their observations and the kinds of their priors.
+/// its log_prior; the likeliest comes first, and those of no consequence are dropped, as are, of
+/// several, those whose evidence is no number. All share their observations and the kinds of their
+/// priors.
 void weigh(std::vector<Trajectory>& trajectories);
 
 }  // namespace vildar

@@ -132,6 +132,7 @@ Outcome<Joined> join(std::span<const Trajectory> camera_only, const Site& site,
   }
   if (joined.trajectories.empty()) return *miss;
   if (delay) weigh(joined.trajectories);
+  if (joined.trajectories.empty()) return Miss::not_converged;
   return joined;
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "estimate/hypotheses.h"
 #include "estimate/mixture.h"
 #include "estimate/vehicle.h"
 #include "lamp_population.h"
@@ -92,6 +93,20 @@ Trajectory known_speed(double weight, double speed_mps, double log_std) {
   one.fit.parameters[kClosingRate] = speed_mps / 50.0;
   one.fit.covariance(kLogScale, kLogScale) = log_std * log_std;
   return one;
+}
+
+TEST(Weigh, LeavesOutWhatHasNoEvidence) {
+  Trajectory sound = known_speed(1.0, 20.0, 0.03);
+  sound.fit.covariance = 1e-4 * PathMatrix::Identity();
+  Trajectory broken = sound;
+  broken.fit.covariance(kLateral, kLateral) = NAN;
+  std::vector<Trajectory> trajectories{broken, sound, sound};
+  weigh(trajectories);
+  ASSERT_EQ(trajectories.size(), 2U);
+  EXPECT_DOUBLE_EQ(trajectories.front().weight, 0.5);
+  trajectories = {broken, broken};
+  weigh(trajectories);
+  EXPECT_TRUE(trajectories.empty());
 }
 
 TEST(Mixture, OfOneIsThatOne) {
