@@ -90,6 +90,10 @@ std::string text_report(const SiteLearning& learning) {
          percent(learning.common_scale_std) +
          "; bearings do not tell the scale of the lengths, so this rests on the site file: survey "
          "the height of the camera over the lamps, or a lane, to lower it\n";
+  if (!learning.settled())
+    out += "not settled: the last round still turned the camera by " +
+           fixed_text(degrees_from_radians(learning.last_turn_rad), 4) +
+           " degrees; calibrate again from the improved site file\n";
   return out;
 }
 
@@ -112,6 +116,7 @@ std::string json_report(const SiteLearning& learning) {
                                   {"after", learning.speed_std_after}};
   report["common_scale_relative_std"] = {{"before", learning.common_scale_std_before},
                                          {"after", learning.common_scale_std}};
+  report["settled"] = learning.settled();
   return report.dump(2) + "\n";
 }
 

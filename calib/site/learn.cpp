@@ -14,7 +14,6 @@ namespace {
 constexpr int kFewestPasses = 5;
 constexpr int kMostRounds = 4;    // of fitting all passes anew with the pose learned so far
 constexpr int kSpreadRounds = 3;  // of joint solution and spreads in turn
-constexpr double kSettled_rad = 1e-5;
 
 constexpr const char* kStrange = "unlike_the_others";
 constexpr const char* kUnsure = "lane_or_lamps_unsure";
@@ -107,6 +106,14 @@ int passes_of(std::size_t population, const Round& round) {
   return count;
 }
 
+// Whether the site file gives the quantity itself; what it leaves out of tail lamps is taken from
+// the headlamps, and stays so.
+bool is_stated(const Site& site, const Population& population) {
+  if (!population.tail) return true;
+  if (population.kind == Shared::separation) return site.lamps.tail_separation_m.has_value();
+  return population.kind != Shared::drop || site.lamps.tail_height_m.has_value();
+}
+
 // The place of a population in the site file.
 Uncertain& stated_in(Site& site, const Population& population) {
   CameraSite& camera = *site.camera;
@@ -116,8 +123,8 @@ Uncertain& stated_in(Site& site, const Population& population) {
     case Shared::pitch: return camera.pitch_rad;
     case Shared::roll: return camera.roll_rad;
     case Shared::separation:
-      return population.tail ? lamps.tail_separation_m.emplace() : *lamps.separation_m;
-    case Shared::drop: return population.tail ? lamps.tail_height_m.emplace() : *lamps.height_m;
+      return population.tail ? *lamps.tail_separation_m : *lamps.separation_m;
+    case Shared::drop: return population.tail ? *lamps.tail_height_m : *lamps.height_m;
     case Shared::lateral: break;
   }
   return std::ranges::find(site.road.lanes, population.lane, &LaneSite::id)->lateral_m;
@@ -164,7 +171,7 @@ SiteLearning learning_of(const Round& round, const Site& stated, const Site& pre
     quantity.mean_std = population.per_step() * std::sqrt(round.learned.covariance(own, own));
     quantity.spread = population.per_step() * population.spread;
     quantity.after = quantity.before;
-    if (quantity.passes >= kFewestPasses) {
+    if (quantity.passes >= kFewestPasses && is_stated(stated, population)) {
       quantity.after = {mean_for_file(population, population.mean_value(), *present.camera),
                         std_for_file(population, stds[k], *stated.camera)};
       stated_in(learning.site, population) = quantity.after;
@@ -220,7 +227,8 @@ Outcome<SiteLearning> learn_site(std::span<const VehicleTrack> passes, const Sit
     }
     learning = learning_of(*round, site, present);
     learning.left_out = fitted.left_out;
-    if (turned_rad(*round) < kSettled_rad) break;
+    learning.last_turn_rad = turned_rad(*round);
+    if (learning.settled()) break;
     present = with_pose(site, *learning.site.camera);
   }
   const Fitted fitted = fit_all(passes, strange, learning.site);

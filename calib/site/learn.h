@@ -30,6 +30,9 @@ struct SiteLearning {
   double speed_std_before = 0.0, speed_std_after = 0.0;
   /// Relative sigma that all lengths, and so all speeds, have in common; and what it was before.
   double common_scale_std = 0.0, common_scale_std_before = 0.0;
+  double last_turn_rad = 0.0;  ///< of the pose, in the last of at most four rounds
+
+  bool settled() const { return last_turn_rad < 1e-5; }
 };
 
 /// Learns from passes what they share: the turns of the camera that the site file does not call

@@ -44,6 +44,7 @@ TEST(LearnSite, FindsThePoseOfTheCamera) {
   const SiteLearning learning = learning_of(scene);
   const CameraSite &learned = *learning.site.camera, &truth = *scene.truth.site.camera;
   EXPECT_EQ(learning.passes, 12);
+  EXPECT_TRUE(learning.settled());
   const std::vector<std::tuple<std::string, Uncertain, double>> turns{
       {"camera.yaw_deg", learned.yaw_rad, truth.yaw_rad.mean},
       {"camera.pitch_deg", learned.pitch_rad, truth.pitch_rad.mean},
@@ -67,6 +68,14 @@ TEST(LearnSite, ReplacesNothingElse) {
   learning.site.lamps = scene.stated.lamps;
   learning.site.road.lanes[0].lateral_m = scene.stated.road.lanes[0].lateral_m;
   EXPECT_EQ(learning.site, scene.stated);
+}
+
+TEST(LearnSite, TailLampsThatTheFileLeavesOutStayOut) {
+  Scene scene = scene_of(6, 2);
+  for (VehicleTrack& track : scene.tracks) track.kind = LampKind::taillamp;
+  const SiteLearning learning = learning_of(scene);
+  EXPECT_EQ(learning.site.lamps, scene.stated.lamps);
+  EXPECT_NE(learning.site.camera->yaw_rad, scene.stated.camera->yaw_rad);
 }
 
 TEST(LearnSite, AllLengthsKeepTheScaleOfTheSiteFile) {
