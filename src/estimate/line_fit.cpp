@@ -12,8 +12,8 @@ Outcome<LineFit> fit_line(std::span<const double> time_s, std::span<const double
   const Eigen::Map<const Eigen::ArrayXd> t_s(time_s.data(), n), y(values.data(), n);
   const double mean_s = t_s.mean(), mean_y = y.mean();
   // Centred sums: the same solution as the normal equations of [t, 1], without their cancellation.
-  const Eigen::ArrayXd dt_s = t_s - mean_s;
-  const Eigen::ArrayXd dy = y - mean_y;
+  const auto dt_s = t_s - mean_s;
+  const auto dy = y - mean_y;
   const double spread_s2 = dt_s.square().sum();
   const double widest_s = t_s.abs().maxCoeff();
   if (!(spread_s2 > 1e-24 * (1.0 + widest_s * widest_s))) return Miss::no_time_spread;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/quantity.h"
+#include "estimate/vector_math.h"
 
 namespace vildar {
 namespace {
@@ -53,24 +54,32 @@ ImpliedPath implied_path(std::span<const double> power_w, const PowerVector& par
   const std::vector<double> along_m = places(least_w, most_w, parameters, setting);
   PowerCurve curve;
   curve.evaluate(standing, setting, along_m);
-  // Table of the outer branch, powers rising.
+  // Table of the outer branch, powers rising, in logarithms.
   const std::span<const double> table = curve.power_w();
   std::size_t branch = 1;
   while (branch < table.size() && table[branch] > table[branch - 1]) ++branch;
-  const std::vector<double> rising(table.begin(),
-                                   table.begin() + static_cast<std::ptrdiff_t>(branch));
+  if (branch < 2) {
+    std::fill(path.along_m.begin(), path.along_m.end(), along_m.front());
+    return path;
+  }
+  std::vector<double> rising(table.begin(), table.begin() + static_cast<std::ptrdiff_t>(branch));
+  std::vector<double> log_along(along_m.begin(),
+                                along_m.begin() + static_cast<std::ptrdiff_t>(branch));
+  const double least = rising.front(), most = rising.back();
   for (std::size_t i = 0; i < n; ++i) {
-    const double power = power_w[i];
-    path.along_m[i] = along_m[branch - 1];
-    if (!(power >= rising.front() && power <= rising.back())) continue;
-    const auto upper = std::upper_bound(rising.begin(), rising.end(), power);
+    path.inside[i] = power_w[i] >= least && power_w[i] <= most;
+    path.along_m[i] = path.inside[i] ? power_w[i] : most;
+  }
+  for (auto* values : {&rising, &log_along, &path.along_m}) natural_logs(*values, *values);
+  for (double& value : path.along_m) {
+    const auto upper = std::upper_bound(rising.begin(), rising.end(), value);
     const auto right = std::clamp<std::ptrdiff_t>(upper - rising.begin(), 1,
                                                   static_cast<std::ptrdiff_t>(branch) - 1);
     const auto r = static_cast<std::size_t>(right);
-    const double share = std::log(power / rising[r - 1]) / std::log(rising[r] / rising[r - 1]);
-    path.along_m[i] = along_m[r - 1] * std::pow(along_m[r] / along_m[r - 1], share);
-    path.inside[i] = 1;
+    const double share = (value - rising[r - 1]) / (rising[r] - rising[r - 1]);
+    value = std::lerp(log_along[r - 1], log_along[r], share);
   }
+  exponentials(path.along_m, path.along_m);
   const PowerParameter wanted[] = {kPowerRange};
   for (int step = 0; step <= kNewtonSteps; ++step) {
     curve.differentiate(standing, setting, path.along_m, wanted);

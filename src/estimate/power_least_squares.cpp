@@ -15,7 +15,7 @@ PowerLeastSquares::PowerLeastSquares(const PowerSamples& samples, const PowerKno
       setting_(setting),
       huber_sigma_(huber_sigma),
       free_(free_parameters(known, setting)),
-      residual_(samples.time_s.size()),
+      pull_(samples.time_s.size()),
       weight_(samples.time_s.size()) {}
 
 PowerCost PowerLeastSquares::cost_at(const PowerVector& value) {
@@ -24,37 +24,33 @@ PowerCost PowerLeastSquares::cost_at(const PowerVector& value) {
   PowerCost result{0.0, Eigen::VectorXd::Zero(n), Eigen::MatrixXd::Zero(n, n)};
   curve_.differentiate(value, setting_, samples_.time_s, free_);
   const std::span<const double> power = curve_.power_w();
-  // Error times weight: what the gradient and the normal equations need.
-  std::vector<double>& pull = residual_;
+  using Samples = Eigen::Map<const Eigen::VectorXd>;
+  const auto count = static_cast<Eigen::Index>(samples);
+  const Samples pull(pull_.data(), count), weight(weight_.data(), count);
   double cost = 0.0;
   if (std::isinf(huber_sigma_)) {
-    for (std::size_t i = 0; i < samples; ++i) {
-      const double error = samples_.power_w[i] - power[i];
-      weight_[i] = samples_.weight[i];
-      pull[i] = weight_[i] * error;
-      cost += 0.5 * pull[i] * error;
-    }
+    weight_ = samples_.weight;
+    for (std::size_t i = 0; i < samples; ++i)
+      pull_[i] = weight_[i] * (samples_.power_w[i] - power[i]);
+    cost = 0.5 * pull.dot(Samples(samples_.power_w.data(), count) - Samples(power.data(), count));
   } else {
     for (std::size_t i = 0; i < samples; ++i) {
       const double error = samples_.power_w[i] - power[i];
       const double whitened = std::abs(error) * std::sqrt(samples_.weight[i]);
       const bool far = whitened > huber_sigma_;
       weight_[i] = samples_.weight[i] * (far ? huber_sigma_ / whitened : 1.0);
-      pull[i] = weight_[i] * error;
+      pull_[i] = weight_[i] * error;
       cost += far ? huber_sigma_ * (whitened - 0.5 * huber_sigma_) : 0.5 * whitened * whitened;
     }
   }
+  const auto column = [&](Eigen::Index index) {
+    return Samples(curve_.column(static_cast<std::size_t>(index)).data(), count);
+  };
   for (Eigen::Index a = 0; a < n; ++a) {
-    const std::span<const double> column = curve_.column(static_cast<std::size_t>(a));
-    double slope = 0.0;
-    for (std::size_t i = 0; i < samples; ++i) slope += pull[i] * column[i];
-    result.gradient[a] = slope;
-    for (Eigen::Index b = 0; b <= a; ++b) {
-      const std::span<const double> other = curve_.column(static_cast<std::size_t>(b));
-      double sum = 0.0;
-      for (std::size_t i = 0; i < samples; ++i) sum += weight_[i] * column[i] * other[i];
-      result.information(a, b) = result.information(b, a) = sum;
-    }
+    result.gradient[a] = pull.dot(column(a));
+    for (Eigen::Index b = 0; b <= a; ++b)
+      result.information(a, b) = result.information(b, a) =
+          weight.dot(column(a).cwiseProduct(column(b)));
   }
   for (Eigen::Index a = 0; a < n; ++a) {
     const PowerParameter p = free_[static_cast<std::size_t>(a)];
@@ -65,9 +61,14 @@ PowerCost PowerLeastSquares::cost_at(const PowerVector& value) {
     result.information(a, a) += 1.0 / (known_[p]->std * known_[p]->std);
   }
   result.cost = cost;
-  for (std::size_t i = 0; i < samples; ++i)
-    residual_[i] = (samples_.power_w[i] - power[i]) * std::sqrt(samples_.weight[i]);
   return result;
+}
+
+std::vector<double> PowerLeastSquares::residuals() const {
+  std::vector<double> whitened(samples_.time_s.size());
+  for (std::size_t i = 0; i < whitened.size(); ++i)
+    whitened[i] = (samples_.power_w[i] - curve_.power_w()[i]) * std::sqrt(samples_.weight[i]);
+  return whitened;
 }
 
 // Where K is not exact, the samples hold the scale (all lengths times c, K times c^gamma) weakly or

@@ -31,7 +31,7 @@ class PowerLeastSquares {
   Minimum minimise(const PowerVector& start, int most_iterations);
 
   /// Whitened residuals of the samples at the last cost_at().
-  std::span<const double> residuals() const { return residual_; }
+  std::vector<double> residuals() const;
   const std::vector<PowerParameter>& free() const { return free_; }
 
  private:
@@ -43,7 +43,7 @@ class PowerLeastSquares {
   double huber_sigma_;
   std::vector<PowerParameter> free_;
   PowerCurve curve_;
-  std::vector<double> residual_, weight_;
+  std::vector<double> pull_, weight_;  // pull: error times weight
 };
 
 }  // namespace vildar

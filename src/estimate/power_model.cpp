@@ -69,36 +69,51 @@ void PowerCurve::differentiate(const PowerVector& p, const PowerSetting& setting
   const double steep = p[kPowerExponent] + m;
   const double height2_m2 = setting.height_m * setting.height_m;
   const double radius_m = p[kPowerRadius];
-  columns_.resize(wanted.size());
-  for (auto& column : columns_) column.resize(n);
+  for (auto* buffer : {&by_along_, &by_y_}) buffer->resize(n);
+  by_radius_.assign(n, 0.0);
+  // Powers times d ln P / dx and / dy, then along the path.
   for (std::size_t i = 0; i < n; ++i) {
-    const double power = power_w_[i], x = x_m_[i], y = y_m_[i], t = times_s[i];
-    const double distance2 = x * x + y * y + height2_m2;
-    // d ln P / dx and / dy, then along the path.
-    const double by_x = -steep * x / distance2 + (m > 0.0 && x > 0.0 ? m / x : 0.0);
-    const double by_y = -steep * y / distance2;
-    double by_along = by_x, by_radius = 0.0;
-    const double arc_m = along_m_[i] - setting.straight_m;
-    if (setting.curved && arc_m > 0.0) {
+    const double x = x_m_[i], y = y_m_[i];
+    const double fall = steep * power_w_[i] / (x * x + y * y + height2_m2);
+    by_along_[i] = -fall * x;
+    by_y_[i] = -fall * y;
+  }
+  if (m > 0.0)  // the power is 0 behind the lamp
+    for (std::size_t i = 0; i < n; ++i)
+      by_along_[i] += m * power_w_[i] / (x_m_[i] > 0.0 ? x_m_[i] : 1.0);
+  if (setting.curved)
+    for (std::size_t i = 0; i < n; ++i) {
+      const double arc_m = along_m_[i] - setting.straight_m;
+      if (!(arc_m > 0.0)) continue;
       const double beta = arc_m / radius_m, sine = std::sin(beta), cosine = std::cos(beta);
-      by_along = by_x * cosine + by_y * sine;
+      const double by_x = by_along_[i];
+      by_along_[i] = by_x * cosine + by_y_[i] * sine;
       // At a fixed path length the arc angle falls as the radius grows.
-      by_radius = by_x * (sine - beta * cosine) + by_y * (1.0 - cosine - beta * sine);
+      by_radius_[i] = by_x * (sine - beta * cosine) + by_y_[i] * (1.0 - cosine - beta * sine);
     }
-    for (std::size_t c = 0; c < wanted.size(); ++c) {
-      double by = 0.0;
-      switch (wanted[c]) {
-        case kPowerSpeed: by = -t * by_along; break;
-        case kPowerRange: by = by_along; break;
-        case kPowerLogGain: by = 1.0; break;
-        case kPowerPerpendicular: by = by_y; break;
-        case kPowerExponent: by = -0.5 * log_distance2_[i]; break;
-        case kPowerAcceleration: by = -0.5 * t * t * by_along; break;
-        case kPowerRadius: by = by_radius; break;
-        case kPowerParameters: break;
-      }
-      columns_[c][i] = power * by;
-    }
+  columns_.resize(wanted.size());
+  for (std::size_t c = 0; c < wanted.size(); ++c) fill_column(wanted[c], times_s, columns_[c]);
+}
+
+void PowerCurve::fill_column(PowerParameter parameter, std::span<const double> times_s,
+                             std::vector<double>& column) const {
+  const std::size_t n = times_s.size();
+  column.resize(n);
+  switch (parameter) {
+    case kPowerSpeed:
+      for (std::size_t i = 0; i < n; ++i) column[i] = -times_s[i] * by_along_[i];
+      break;
+    case kPowerRange: column = by_along_; break;
+    case kPowerLogGain: column = power_w_; break;
+    case kPowerPerpendicular: column = by_y_; break;
+    case kPowerExponent:
+      for (std::size_t i = 0; i < n; ++i) column[i] = -0.5 * log_distance2_[i] * power_w_[i];
+      break;
+    case kPowerAcceleration:
+      for (std::size_t i = 0; i < n; ++i) column[i] = -0.5 * times_s[i] * times_s[i] * by_along_[i];
+      break;
+    case kPowerRadius: column = by_radius_; break;
+    case kPowerParameters: break;
   }
 }
 

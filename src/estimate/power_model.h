@@ -51,8 +51,11 @@ class PowerCurve {
  private:
   void place(const PowerVector& parameters, const PowerSetting& setting,
              std::span<const double> times_s);
+  void fill_column(PowerParameter parameter, std::span<const double> times_s,
+                   std::vector<double>& column) const;
 
   std::vector<double> along_m_, x_m_, y_m_, log_distance2_, log_x_, power_w_;
+  std::vector<double> by_along_, by_y_, by_radius_;  // dP / d(path), / d(y), / d(r_c)
   std::vector<std::vector<double>> columns_;
 };
 

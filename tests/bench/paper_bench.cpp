@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include <benchmark/benchmark.h>
 
 #include "estimate/power_estimators.h"
@@ -30,6 +32,30 @@ void PaperLs300(benchmark::State& state) {
                                              Metres(kPerpendicular_m)));
 }
 BENCHMARK(PaperLs300)->Unit(benchmark::kMicrosecond);
+
+// The same line with std::pow and one sample at a time, to compare with on any machine.
+void ScalarLs300(benchmark::State& state) {
+  const Scene scene;
+  const auto& [time_s, power_w] = scene.samples;
+  for (auto _ : state) {
+    double n = 0.0, t = 0.0, r = 0.0, tt = 0.0, tr = 0.0;
+    for (std::size_t i = 0; i < time_s.size(); ++i) {
+      if (!(power_w[i] > 0.0)) continue;
+      const double along_m2 =
+          std::pow(power_w[i], -2.0 / kExponent) - kPerpendicular_m * kPerpendicular_m;
+      if (!(along_m2 >= 0.0)) continue;
+      const double along_m = std::sqrt(along_m2);
+      n += 1.0;
+      t += time_s[i];
+      r += along_m;
+      tt += time_s[i] * time_s[i];
+      tr += time_s[i] * along_m;
+    }
+    double speed_mps = -(n * tr - t * r) / (n * tt - t * t);
+    benchmark::DoNotOptimize(speed_mps);
+  }
+}
+BENCHMARK(ScalarLs300)->Unit(benchmark::kMicrosecond);
 
 void PaperLsSlidingPerSample(benchmark::State& state) {
   const Scene scene;
