@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "core/quantity.h"
+#include "detect/residual_shape.h"
 
 namespace vildar {
 namespace {
@@ -19,6 +20,7 @@ constexpr double kRimInside_px = 5.0, kRimOutside_px = 3.0;
 /// Compression digs holes into clipped areas: a pixel this far inside the rim that nearly clips
 /// does clip.
 constexpr double kHoleDepth_px = 1.5, kHoleLight = 0.8;
+constexpr double kPatch_px2 = 16.0;  // area that is uneven together
 constexpr int kMostIterations = 20;
 constexpr double kDone = 4e-3;  // expected fall of the cost: a sixteenth of a sigma
 
@@ -46,14 +48,11 @@ struct Censored {
   }
 };
 
-/// Standard normal equivalent of a ratio of two mean squares with so many degrees of freedom
-/// (Paulson 1942).
-double normal_of_ratio(double ratio, double above, double below) {
-  const double root = std::cbrt(ratio), a = 2.0 / (9.0 * above), b = 2.0 / (9.0 * below);
-  return ((1.0 - b) * root - (1.0 - a)) / std::sqrt(b * root * root + a);
-}
-
 }  // namespace
+
+constexpr std::array<LampFitter::Attempt, 7> LampFitter::kAttempts{
+    Attempt{1, 1.0, 0.0},  Attempt{5, 1.0, 0.0},  Attempt{6, 1.0, 0.0}, Attempt{6, 0.8, 0.0},
+    Attempt{6, 0.65, 0.0}, Attempt{6, 0.65, 0.1}, Attempt{6, 0.65, 0.2}};
 
 double PixelNoise::variance(double light) const {
   const double place = std::clamp(light, 0.0, 1.0) * static_cast<double>(rounding.size() - 1);
@@ -69,7 +68,17 @@ double LampFitter::reach_px(double rim_px, double size_px, double core_sigma_px)
                       : std::max(3.5 * size_px, 4.0 * core_sigma_px) + 3.0;
 }
 
-void LampFitter::gather(const FrameLight& light, std::span<const LampGuess> guesses) {
+double LampFitter::core_px(double rim_px, double size_px, double core_sigma_px) {
+  return rim_px > 0.0 ? rim_px + 3.0 * core_sigma_px : 3.0 * std::max(size_px, core_sigma_px);
+}
+
+double LampFitter::rim_flux(double rim_px, double radius_px, double clip_light) {
+  image_.set_radius(radius_px);
+  return clip_light / image_.at(rim_px, 0.0).share;
+}
+
+void LampFitter::gather(const FrameLight& light, std::span<const LampGuess> guesses,
+                        std::span<const OtherLamp> others) {
   samples_.clear();
   reach_px_.clear();
   const LumaView& luma = light.luma;
@@ -105,14 +114,28 @@ void LampFitter::gather(const FrameLight& light, std::span<const LampGuess> gues
           left_out |= from_px < guesses[j].rim_px - kRimInside_px;
           inside |= from_px < guesses[j].rim_px - kHoleDepth_px;
         }
+        for (const OtherLamp& other : others)
+          left_out |= (at - other.centre_px).squaredNorm() < other.core_px * other.core_px;
         if (left_out) continue;
         const int code = luma.code(u, v);
         const double here = static_cast<double>(light.linear[static_cast<std::size_t>(code)]);
         const bool hole = inside && here > kHoleLight * light.clip_light;
-        samples_.push_back({u, v, here, 0.0, hole || code >= light.clip_code});
+        samples_.push_back(
+            {u, v, here, 0.0, distance / reach, 0.0, 1.0, hole || code >= light.clip_code});
       }
   }
+  add_others(others);
   trial_variance_.resize(samples_.size());
+}
+
+void LampFitter::add_others(std::span<const OtherLamp> others) {
+  for (const OtherLamp& other : others) {
+    image_.set_radius(other.radius_px);
+    for (Sample& sample : samples_)
+      sample.others +=
+          other.flux *
+          image_.at(sample.u - other.centre_px.x(), sample.v - other.centre_px.y()).share;
+  }
 }
 
 void LampFitter::set_parameters(const Vector& parameters) {
@@ -123,9 +146,24 @@ void LampFitter::set_parameters(const Vector& parameters) {
 }
 
 // One of the terms of a sum over lamps and, for a lamp that moves, over its path.
-double LampFitter::model(const Sample& sample, Vector& gradient, double& by_wing_share) const {
-  double light = parameters_[size() - 1];
-  gradient[size() - 1] = 1.0;
+double LampFitter::model(const Sample& sample, Vector& gradient, double& by_wing_share,
+                         double& backdrop) const {
+  const Eigen::Index background = base(images_.size());
+  gradient[background] = 1.0;
+  if (attempt_.background_terms > 1) {
+    const double x = (sample.u - middle_px_.x()) / reach_px_.front();
+    const double y = (sample.v - middle_px_.y()) / reach_px_.front();
+    gradient[background + 1] = x;
+    gradient[background + 2] = y;
+    if (attempt_.background_terms > 3) {
+      gradient[background + 3] = x * x - y * y;
+      gradient[background + 4] = 2.0 * x * y;
+    }
+    if (attempt_.background_terms > 5) gradient[background + 5] = x * x + y * y;
+  }
+  backdrop = 0.0;
+  for (Eigen::Index i = background; i < size(); ++i) backdrop += gradient[i] * parameters_[i];
+  double light = sample.others + backdrop;
   by_wing_share = 0.0;
   for (std::size_t i = 0; i < images_.size(); ++i) {
     const Eigen::Index at = base(i);
@@ -162,12 +200,12 @@ LampFitter::Sum LampFitter::add_up(const FrameLight& light) {
   const double clip_sigma = std::sqrt(clip_variance);
   for (std::size_t k = 0; k < samples_.size(); ++k) {
     const Sample& sample = samples_[k];
-    double by_wing_share;
-    const double expected = model(sample, gradient, by_wing_share);
+    double by_wing_share, backdrop;
+    const double expected = model(sample, gradient, by_wing_share, backdrop);
     double weight, pull;
     if (sample.clipped) {
       const Censored censored((expected - light.clip_light) / clip_sigma);
-      trial_variance_[k] = clip_variance;
+      trial_variance_[k] = trial_noise_[k] = clip_variance;
       sum.cost += censored.cost;
       sum.frozen_cost += censored.cost;
       weight = censored.curve / clip_variance;
@@ -175,7 +213,9 @@ LampFitter::Sum LampFitter::add_up(const FrameLight& light) {
       if (weight == 0.0) continue;
     } else {
       const double left = sample.light - expected;
-      const double variance = light.noise.variance(expected);
+      trial_noise_[k] = light.noise.variance(expected);
+      const double uneven = attempt_.uneven * std::max(backdrop, 0.0);
+      const double variance = trial_noise_[k] + kPatch_px2 * uneven * uneven;
       trial_variance_[k] = variance;
       sum.cost += left * left / variance;
       if (sample.variance > 0.0) sum.frozen_cost += left * left / sample.variance;
@@ -198,18 +238,19 @@ void LampFitter::start(const FrameLight& light, std::span<const LampGuess> guess
                        double rim_share, bool radius_known) {
   const double core_px = image_.shape().core_sigma_px;
   lights_.clear();
-  for (const Sample& sample : samples_) lights_.push_back(sample.light);
+  for (const Sample& sample : samples_) lights_.push_back(sample.light - sample.others);
   const auto middle = lights_.begin() + static_cast<std::ptrdiff_t>(lights_.size() / 2);
   std::nth_element(lights_.begin(), middle, lights_.end());
   const double background = std::min(*middle, 0.5 * light.clip_light);
   double sum = 0.0, most = 0.0;
   for (const Sample& sample : samples_) {
-    sum += sample.light - background;
-    most = std::max(most, sample.light - background);
+    const double here = sample.light - sample.others - background;
+    sum += here;
+    most = std::max(most, here);
   }
   sum = std::max(sum, 3.0 * most);
-  Vector first(size());
-  first[size() - 1] = background;
+  Vector first = Vector::Zero(size());
+  first[base(guesses.size())] = background;
   for (std::size_t i = 0; i < guesses.size(); ++i) {
     const LampGuess& guess = guesses[i];
     double radius_px =
@@ -258,7 +299,10 @@ LampFitter::Vector LampFitter::step(const Sum& sum, double damping) const {
 bool LampFitter::climb(const FrameLight& light, std::span<const LampGuess> guesses, Sum& sum) {
   sum = add_up(light);
   const auto accept = [&] {
-    for (std::size_t k = 0; k < samples_.size(); ++k) samples_[k].variance = trial_variance_[k];
+    for (std::size_t k = 0; k < samples_.size(); ++k) {
+      samples_[k].variance = trial_variance_[k];
+      samples_[k].noise_share = trial_noise_[k] / trial_variance_[k];
+    }
   };
   accept();
   double damping = 1e-3;
@@ -326,62 +370,64 @@ bool LampFitter::climb_from_best(const FrameLight& light, std::span<const LampGu
   return true;
 }
 
-// What is left over, averaged over rings and quarters about each lamp, against its own scatter
-// within them: noise has no shape, whatever its size.
+bool LampFitter::fit_background(const FrameLight& light, std::span<const LampGuess> guesses,
+                                bool radius_known, bool go_on, Sum& sum) {
+  const Eigen::Index before = size();
+  parameters_.conservativeResize(base(guesses.size()) + attempt_.background_terms);
+  if (samples_.size() < 2 * static_cast<std::size_t>(size())) return false;
+  const bool clips = std::any_of(guesses.begin(), guesses.end(),
+                                 [](const LampGuess& guess) { return guess.rim_px > 0.0; });
+  const bool told = std::all_of(guesses.begin(), guesses.end(),
+                                [](const LampGuess& guess) { return guess.radius_px.has_value(); });
+  if (go_on) {
+    parameters_.tail(size() - before).setZero();
+    if (climb(light, guesses, sum)) {
+      judge(guesses);
+      return true;
+    }
+  }
+  return climb_from_best(light, guesses, clips && !told, radius_known, sum);
+}
+
 void LampFitter::judge(std::span<const LampGuess> guesses) {
-  constexpr std::size_t kRings = 6, kQuarters = 4, kBins = kRings * kQuarters;
-  struct Bin {
-    double n = 0.0, sum = 0.0;
-  };
-  std::vector<Bin> bins(kBins * guesses.size());
-  double square = 0.0, used = 0.0;
+  ResidualShape shape(guesses.size());
   Vector unused(size());
   for (const Sample& sample : samples_) {
     if (sample.clipped) continue;
-    double by_wing_share;
-    const double left =
-        (sample.light - model(sample, unused, by_wing_share)) / std::sqrt(sample.variance);
-    square += left * left;
-    used += 1.0;
+    double by_wing_share, backdrop;
+    const double left = (sample.light - model(sample, unused, by_wing_share, backdrop)) /
+                        std::sqrt(sample.variance);
     std::size_t nearest = 0;
-    double nearest_share = 1e9;
-    Eigen::Vector2d offset;
+    double least = 1e9;
+    Eigen::Vector2d offset_px;
     for (std::size_t i = 0; i < guesses.size(); ++i) {
-      const Eigen::Vector2d from =
+      const Eigen::Vector2d from_px =
           Eigen::Vector2d(sample.u, sample.v) - parameters_.segment<2>(base(i) + 1);
-      const double inner = std::max(guesses[i].rim_px - 1.0, 0.0);
-      const double share = std::max(from.norm() - inner, 0.0) / (reach_px_[i] - inner);
-      if (share > nearest_share) continue;
+      const double inner_px = std::max(guesses[i].rim_px - 1.0, 0.0);
+      const double ring =
+          std::max(from_px.norm() - inner_px, 0.0) / (attempt_.reach * reach_px_[i] - inner_px);
+      if (ring > least) continue;
       nearest = i;
-      nearest_share = share;
-      offset = from;
+      least = ring;
+      offset_px = from_px;
     }
-    const auto ring = std::min(static_cast<std::size_t>(nearest_share * kRings), kRings - 1);
-    const std::size_t quarter =
-        (offset.x() + offset.y() > 0.0 ? 1 : 0) + (offset.x() - offset.y() > 0.0 ? 2 : 0);
-    Bin& bin = bins[kBins * nearest + kQuarters * ring + quarter];
-    bin.n += 1.0;
-    bin.sum += left;
+    shape.add(nearest, offset_px, least, left, sample.noise_share);
   }
-  double shaped = 0.0, places = 0.0;
-  for (const Bin& bin : bins) {
-    if (bin.n < 4.0) continue;
-    shaped += bin.sum * bin.sum / bin.n;
-    places += 1.0;
-  }
-  const auto fitted = static_cast<double>(size());
-  result_.chi2_per_dof = square / std::max(used - fitted, 1.0);
-  const double scatter = (square - shaped) / std::max(used - places, 1.0);
-  const double dof = std::max(places - fitted, 1.0);
-  constexpr double kOnceInHundred = 2.326;
-  result_.bad_fit = normal_of_ratio(shaped / dof / std::max(scatter, 1e-12), dof,
-                                    std::max(used - places, 1.0)) > kOnceInHundred;
-  result_.variance_factor = std::max(1.0, result_.chi2_per_dof);
-  if (result_.bad_fit) result_.variance_factor = std::max(result_.variance_factor, shaped / dof);
+  const ResidualShape::Verdict verdict =
+      shape.verdict(static_cast<double>(per_lamp_), static_cast<double>(attempt_.background_terms));
+  result_.chi2_per_dof = verdict.chi2_per_dof;
+  result_.bad_fit = verdict.shaped;
+  lamp_is_other_ =
+      verdict.shaped && verdict.round &&
+      (result_.attempt == kNothingRound || (result_.attempt == 0 && !verdict.quarters_differ));
+  result_.variance_factor = std::max(1.0, verdict.chi2_per_dof);
+  if (result_.bad_fit)
+    result_.variance_factor = std::max(result_.variance_factor, verdict.shape_per_dof);
 }
 
 const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGuess> guesses,
-                                bool radius_known) {
+                                bool radius_known, std::span<const OtherLamp> others,
+                                int first_attempt) {
   if (guesses.empty() || guesses.size() > kMostLamps)
     throw std::invalid_argument("LampFitter: fits 1 to 4 lamps together, not " +
                                 std::to_string(guesses.size()));
@@ -407,15 +453,24 @@ const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGue
         smears_[i].push_back({share * motion_px, (node == 0 ? 8.0 : 5.0) / 18.0 / pieces});
       }
   }
-  gather(light, guesses);
-  parameters_.resize(static_cast<Eigen::Index>(guesses.size()) * per_lamp_ + 1);
-  if (samples_.size() < 2 * static_cast<std::size_t>(size())) return result_;
-  const bool clips = std::any_of(guesses.begin(), guesses.end(),
-                                 [](const LampGuess& guess) { return guess.rim_px > 0.0; });
-  const bool told = std::all_of(guesses.begin(), guesses.end(),
-                                [](const LampGuess& guess) { return guess.radius_px.has_value(); });
+  gather(light, guesses, others);
+  middle_px_ = Eigen::Vector2d::Zero();
+  for (const LampGuess& guess : guesses)
+    middle_px_ += guess.centre_px / static_cast<double>(guesses.size());
   Sum sum;
-  if (!climb_from_best(light, guesses, clips && !told, radius_known, sum)) return result_;
+  bool found = false;
+  for (int k = first_attempt; k < static_cast<int>(kAttempts.size()); ++k) {
+    attempt_ = kAttempts[static_cast<std::size_t>(k)];
+    result_.attempt = k;
+    std::erase_if(samples_, [&](const Sample& one) { return one.place > attempt_.reach; });
+    trial_variance_.resize(samples_.size());
+    trial_noise_.resize(samples_.size());
+    found = fit_background(light, guesses, radius_known, found, sum);
+    // Where the plainest backgrounds lead nowhere, a freer one takes the lamp's light for its own.
+    if (!found && k >= kNothingRound) break;
+    if (found && (lamp_is_other_ || (!result_.bad_fit && k != kNothingRound))) break;
+  }
+  if (!found) return result_;
 
   const Eigen::LDLT<Matrix> information(sum.information);
   if (information.info() != Eigen::Success || !information.isPositive()) return result_;
@@ -436,8 +491,8 @@ const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGue
     if (per_lamp_ == 4) lamp.radius_sigma_px = sigma(at + 3) / (2.0 * lamp.radius_px);
     result_.lamps.push_back(lamp);
   }
-  result_.background = parameters_[size() - 1];
-  result_.background_sigma = sigma(size() - 1);
+  result_.background = parameters_[base(guesses.size())];
+  result_.background_sigma = sigma(base(guesses.size()));
   return result_;
 }
 

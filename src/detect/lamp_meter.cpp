@@ -20,6 +20,10 @@ constexpr double kMostShiftShare = 0.3;  // of the light's spread
 constexpr double kLeastKnown = 0.3;      // relative sigma of a flux that is worth having
 /// A lamp starts from the radius of the last frame, and every so many frames from anew.
 constexpr int kLooks = 16;
+constexpr double kFirstRadius = 0.6;  // of a disc that is not known, of its rim
+constexpr double kOthersReach = 3.0;  // further off a lamp's wings are as good as level
+constexpr double kSettled = 0.05;     // of ln flux
+constexpr int kMostSweeps = 3;
 
 double rim_of(const Peak& peak) {
   return peak.clipped_px > 0 ? std::sqrt(peak.clipped_px / kPi) + peak.eroded_px : 0.0;
@@ -37,7 +41,7 @@ LampMeter::LampMeter(const PsfSite& psf, std::optional<double> exposure_s)
       core_sigma_px_(psf.shape.core_sigma_px),
       exposure_s_(exposure_s) {}
 
-// Joins lamps that share pixels, the nearest first, as far as they can be fitted together.
+// Joins lamps whose cores meet, the nearest first, as far as they can be fitted together.
 void LampMeter::find_groups(const std::vector<Peak>& peaks, const std::vector<Measured>& lights) {
   struct Link {
     double share;
@@ -55,8 +59,8 @@ void LampMeter::find_groups(const std::vector<Peak>& peaks, const std::vector<Me
       nearest_px_[b] = std::min(nearest_px_[b], distance_px);
       double reach_px = 0.0;
       for (const std::size_t one : {lamps_[a], lamps_[b]})
-        reach_px += LampFitter::reach_px(rim_of(peaks[one]), lights[one].spread_px.maxCoeff(),
-                                         core_sigma_px_);
+        reach_px += LampFitter::core_px(rim_of(peaks[one]), lights[one].spread_px.maxCoeff(),
+                                        core_sigma_px_);
       if (distance_px < reach_px) links.push_back({distance_px / reach_px, a, b});
     }
   std::sort(links.begin(), links.end(),
@@ -72,24 +76,93 @@ void LampMeter::find_groups(const std::vector<Peak>& peaks, const std::vector<Me
   }
 }
 
-LampGuess LampMeter::guess_of(const Peak& peak, const Measured& light, double nearest_px,
-                              double since_s) {
-  LampGuess guess;
-  looks_.push_back(0);
-  guess.centre_px = light.centre_px;
+// From the same lamp in the last frame, or from its rim.
+void LampMeter::start(const FrameLight& light, std::size_t k, const Peak& peak,
+                      const Measured& seen, double since_s) {
+  LampGuess& guess = starts_[k];
+  Known& now = now_[k];
+  guess.centre_px = seen.centre_px;
   guess.rim_px = rim_of(peak);
-  guess.size_px = light.spread_px.maxCoeff();
-  double least_px = std::min(kSameShare * nearest_px, kMostMove_px);
+  guess.size_px = seen.spread_px.maxCoeff();
+  now.lamp.centre_px = seen.centre_px;
+  now.lamp.core_px = LampFitter::core_px(guess.rim_px, guess.size_px, core_sigma_px_);
+  double least_px = std::min(kSameShare * nearest_px_[k], kMostMove_px);
+  const Known* same = nullptr;
   for (const Known& known : before_) {
-    const Eigen::Vector2d moved_px = light.centre_px - known.centre_px;
-    if (!(moved_px.norm() < least_px)) continue;
-    least_px = moved_px.norm();
-    looks_.back() = (known.looks + 1) % kLooks;
-    guess.radius_px.reset();
-    if (looks_.back() > 0) guess.radius_px = known.radius_px;
-    if (exposure_s_ && since_s > 0.0) guess.motion_px = moved_px * (*exposure_s_ / since_s);
+    const double moved_px = (seen.centre_px - known.lamp.centre_px).norm();
+    if (!(moved_px < least_px)) continue;
+    least_px = moved_px;
+    same = &known;
   }
-  return guess;
+  if (same != nullptr) {
+    now.looks = (same->looks + 1) % kLooks;
+    if (exposure_s_ && since_s > 0.0)
+      guess.motion_px = (seen.centre_px - same->lamp.centre_px) * (*exposure_s_ / since_s);
+  }
+  if (same != nullptr && same->fitted) {
+    now.fitted = true;
+    now.lamp.radius_px = same->lamp.radius_px;
+    now.lamp.flux = same->lamp.flux;
+    if (now.looks > 0) {
+      now.first_attempt = std::max(0, same->attempt - 1);
+      guess.radius_px = same->lamp.radius_px;
+    }
+    return;
+  }
+  now.lamp.radius_px = kFirstRadius * guess.rim_px;
+  now.lamp.flux = guess.rim_px > 0.0
+                      ? fitter_.rim_flux(guess.rim_px, now.lamp.radius_px, light.clip_light)
+                      : seen.flux;
+}
+
+/// False where a neighbour's light turned out to be other than it was taken for.
+bool LampMeter::fit_group(const FrameLight& light, std::size_t group,
+                          std::vector<Measured>& lights) {
+  members_.clear();
+  guesses_.clear();
+  others_.clear();
+  int first_attempt = 0;
+  for (std::size_t k = 0; k < lamps_.size(); ++k) {
+    if (group_of_[k] != group) continue;
+    members_.push_back(k);
+    guesses_.push_back(starts_[k]);
+    first_attempt = std::max(first_attempt, now_[k].first_attempt);
+  }
+  const auto reaches = [&](const OtherLamp& other) {
+    return std::any_of(guesses_.begin(), guesses_.end(), [&](const LampGuess& guess) {
+      return (guess.centre_px - other.centre_px).norm() <
+             kOthersReach * LampFitter::reach_px(guess.rim_px, guess.size_px, core_sigma_px_);
+    });
+  };
+  for (std::size_t k = 0; k < lamps_.size(); ++k)
+    if (group_of_[k] != group && reaches(now_[k].lamp)) others_.push_back(now_[k].lamp);
+  const LampsFit& fit = fitter_.fit(light, guesses_, false, others_, first_attempt);
+  bool settled = true;
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    Known& now = now_[members_[i]];
+    Measured& seen = lights[lamps_[members_[i]]];
+    seen.lamp.reset();
+    const bool found = !fit.lamps.empty() && near(fit.lamps[i], seen);
+    seen.bad_fit = !found || fit.bad_fit;
+    if (!found) {
+      now.fitted = false;
+      continue;
+    }
+    const LampFit& lamp = fit.lamps[i];
+    settled &= now.fitted || std::abs(std::log(lamp.flux / now.lamp.flux)) < kSettled;
+    now.fitted = true;
+    now.attempt = fit.attempt;
+    now.lamp.centre_px = lamp.centre_px;
+    now.lamp.radius_px = lamp.radius_px;
+    now.lamp.flux = lamp.flux;
+    starts_[members_[i]].radius_px = lamp.radius_px;
+    if (fit.bad_fit) continue;
+    if (lamp.flux_sigma < kLeastKnown * lamp.flux)
+      seen.lamp = LampLight{lamp.flux, lamp.flux_sigma, lamp.radius_px, lamp.radius_sigma_px};
+    seen.centre_px = lamp.centre_px;
+    seen.centre_sigma_px = lamp.centre_sigma_px;
+  }
+  return settled;
 }
 
 void LampMeter::measure(const FrameLight& light, CameraTime time, const std::vector<Peak>& peaks,
@@ -101,34 +174,16 @@ void LampMeter::measure(const FrameLight& light, CameraTime time, const std::vec
   find_groups(peaks, lights);
   const double since_s =
       before_at_ ? std::chrono::duration<double>(time - *before_at_).count() : 0.0;
-  now_.clear();
-  std::vector<std::size_t> members;
-  for (std::size_t group = 0; group < lamps_.size(); ++group) {
-    members.clear();
-    guesses_.clear();
-    looks_.clear();
-    for (std::size_t k = 0; k < lamps_.size(); ++k) {
-      if (group_of_[k] != group) continue;
-      members.push_back(lamps_[k]);
-      guesses_.push_back(guess_of(peaks[lamps_[k]], lights[lamps_[k]], nearest_px_[k], since_s));
-    }
-    if (members.empty()) continue;
-    const LampsFit& fit = fitter_.fit(light, guesses_, false);
-    for (std::size_t k = 0; k < members.size(); ++k) {
-      Measured& seen = lights[members[k]];
-      const double last_px = guesses_[k].radius_px.value_or(0.6 * guesses_[k].rim_px);
-      const bool found = !fit.lamps.empty() && near(fit.lamps[k], seen);
-      now_.push_back({seen.centre_px, found ? fit.lamps[k].radius_px : last_px, looks_[k]});
-      seen.bad_fit = !found || fit.bad_fit;
-      if (!found) continue;
-      const LampFit& lamp = fit.lamps[k];
-      now_.back().centre_px = lamp.centre_px;
-      if (lamp.flux_sigma < kLeastKnown * lamp.flux)
-        seen.lamp = LampLight{lamp.flux, lamp.flux_sigma, lamp.radius_px, lamp.radius_sigma_px};
-      if (fit.bad_fit) continue;
-      seen.centre_px = lamp.centre_px;
-      seen.centre_sigma_px = lamp.centre_sigma_px;
-    }
+  now_.assign(lamps_.size(), {});
+  starts_.assign(lamps_.size(), {});
+  for (std::size_t k = 0; k < lamps_.size(); ++k)
+    start(light, k, peaks[lamps_[k]], lights[lamps_[k]], since_s);
+  bool settled = true;
+  for (int sweep = 0; sweep == 0 || (!settled && sweep < kMostSweeps); ++sweep) {
+    settled = true;
+    for (std::size_t group = 0; group < lamps_.size(); ++group)
+      if (std::find(group_of_.begin(), group_of_.end(), group) != group_of_.end())
+        settled = fit_group(light, group, lights) && settled;
   }
   std::swap(before_, now_);
   before_at_ = time;

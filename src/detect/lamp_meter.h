@@ -10,25 +10,28 @@
 namespace vildar {
 
 /// Measures the lamps of one frame after the other by fits of a calibrated point-spread function,
-/// lamps that overlap together. Remembers the last frame: how large a lamp's disc was, and how far
-/// it has moved since, which says how long a way it is drawn out to within the exposure.
+/// lamps that overlap together, beside the wings of the others. Remembers the last frame: how large
+/// and how bright a lamp was, and how far it has moved since, which says how long a way it is drawn
+/// out to within the exposure.
 class LampMeter {
  public:
   LampMeter(const PsfSite& psf, std::optional<double> exposure_s);
 
-  /// Puts what the fits find into the lights of lamps. Where the residuals of a fit have a shape
-  /// the light is marked: its flux has a sigma that is wider for it, and its centre stays as it
-  /// was. So is one for which no fit is found, or none that tells more than a factor.
+  /// Puts what the fits find into the lights of lamps. A light whose residuals have a shape that no
+  /// background explains, or for which no fit is found, is marked and keeps its plain measures.
   void measure(const FrameLight& light, CameraTime time, const std::vector<Peak>& peaks,
                std::vector<Measured>& lights);
 
  private:
   struct Known {
-    Eigen::Vector2d centre_px;
-    double radius_px;
-    int looks;  ///< since it was last fitted from the start
+    OtherLamp lamp;
+    int first_attempt = 0, attempt = 0;  ///< at the background; see LampFitter
+    int looks = 0;                       ///< since it was last fitted from the start
+    bool fitted = false;
   };
-  LampGuess guess_of(const Peak& peak, const Measured& light, double nearest_px, double since_s);
+  void start(const FrameLight& light, std::size_t k, const Peak& peak, const Measured& seen,
+             double since_s);
+  bool fit_group(const FrameLight& light, std::size_t group, std::vector<Measured>& lights);
   void find_groups(const std::vector<Peak>& peaks, const std::vector<Measured>& lights);
 
   LampFitter fitter_;
@@ -39,8 +42,10 @@ class LampMeter {
   std::vector<std::size_t> lamps_;     // indices of lights that are to be fitted
   std::vector<std::size_t> group_of_;  // of each of them
   std::vector<double> nearest_px_;     // distance from each of them to the next
+  std::vector<LampGuess> starts_;      // of each of them
+  std::vector<std::size_t> members_;
   std::vector<LampGuess> guesses_;
-  std::vector<int> looks_;  // of each guess
+  std::vector<OtherLamp> others_;
 };
 
 }  // namespace vildar

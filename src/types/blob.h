@@ -58,8 +58,8 @@ struct Blob {
   /// the exposure (when the site gives it). A lower bound where `saturated`, with a sigma as wide.
   double flux = 0.0;
   double flux_sigma = 0.0;
-  /// Absent without a calibrated point-spread function, and where no fit tells more than a factor.
-  /// With Defect::bad_fit its sigma is wider for what the fit leaves over.
+  /// Absent without a calibrated point-spread function, with Defect::bad_fit, and where a fit tells
+  /// no more than a factor.
   std::optional<LampLight> lamp;
   int area_px = 0;       ///< pixels above the blob's threshold
   int saturated_px = 0;  ///< pixels at or above the clipping code

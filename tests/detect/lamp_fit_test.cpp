@@ -117,6 +117,46 @@ TEST(LampFit, WingsOfAnotherShapeAreFlagged) {
   EXPECT_GE(flagged, 17);
 }
 
+TEST(LampFit, ScenesThatAreNotLevelBiasNothing) {
+  // A road that the lamp lights on one side below it, a marking across, and the wings of a lamp
+  // further off, which is known.
+  const LinearCamera camera;
+  LampPictures pictures(kGlare, kSize_px);
+  Random random(25);
+  LampFitter fitter(kGlare);
+  const double flux = pictures.flux(1.5, 100.0);
+  constexpr int kTrials = 20;
+  int flagged = 0, covered = 0;
+  double bias = 0.0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const LampImage lamp =
+        LampPictures::lamp(32.0 + random.uniform(), 32.0 + random.uniform(), 1.5, flux);
+    const LampImage far = LampPictures::lamp(12.3, 27.1, 1.5, 2.0 * flux);
+    std::vector<double> light = pictures.of({lamp, far});
+    for (int v = 0; v < kSize_px; ++v)
+      for (int u = 0; u < kSize_px; ++u) {
+        double& here = light[static_cast<std::size_t>(v * kSize_px + u)];
+        here += 0.01 / (1.0 + std::exp((lamp.centre_px.y() + 4.0 - v) / 3.0)) *
+                std::exp(-0.5 * std::pow((u - lamp.centre_px.x() - 3.0) / 12.0, 2.0));
+        if (std::abs(v - 46.0 + 0.3 * u) < 0.7) here += 0.002;
+      }
+    const FrameLight frame = camera.expose(light, kSize_px, random);
+    const OtherLamp other{far.centre_px, 1.5, 2.0 * flux, LampFitter::core_px(4.5, 1.2, 0.9)};
+    LampGuess guess;
+    guess.centre_px = lamp.centre_px;
+    guess.rim_px = 3.5;
+    guess.size_px = 1.2;
+    const LampsFit& fit = fitter.fit(frame, {{guess}}, false, {{other}});
+    ASSERT_EQ(fit.lamps.size(), 1U);
+    flagged += fit.bad_fit;
+    covered += std::abs(fit.lamps[0].flux - flux) < 1.96 * fit.lamps[0].flux_sigma;
+    bias += (fit.lamps[0].flux / flux - 1.0) / kTrials;
+  }
+  EXPECT_LE(flagged, 4);  // a tenth, and two sigmas of 20
+  EXPECT_GE(covered, 16);
+  EXPECT_LT(std::abs(bias), 0.04);
+}
+
 TEST(LampFit, RefusesWhatItCannotFit) {
   const LinearCamera camera;
   Random random(24);

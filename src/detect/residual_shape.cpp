@@ -1,0 +1,81 @@
+#include "detect/residual_shape.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vildar {
+namespace {
+
+constexpr std::size_t kRings = 6, kQuarters = 4;
+constexpr double kLeastPixels = 4.0;  // of a quarter of a ring
+constexpr double kOnceInHundred = 2.326;
+
+/// Standard normal equivalent of a ratio of two mean squares with so many degrees of freedom
+/// (Paulson 1942).
+double normal_of_ratio(double ratio, double above, double below) {
+  const double root = std::cbrt(ratio), a = 2.0 / (9.0 * above), b = 2.0 / (9.0 * below);
+  return ((1.0 - b) * root - (1.0 - a)) / std::sqrt(b * root * root + a);
+}
+
+}  // namespace
+
+ResidualShape::ResidualShape(std::size_t lamps)
+    : lamps_(lamps), rings_(kRings * lamps), places_(kRings * kQuarters * lamps) {}
+
+void ResidualShape::add(std::size_t lamp, const Eigen::Vector2d& offset_px, double ring,
+                        double residual, double noise_share) {
+  square_ += residual * residual;
+  used_ += 1.0;
+  const std::size_t in =
+      kRings * lamp + std::min(static_cast<std::size_t>(ring * kRings), kRings - 1);
+  const std::size_t quarter =
+      (offset_px.x() + offset_px.y() > 0.0 ? 1 : 0) + (offset_px.x() - offset_px.y() > 0.0 ? 2 : 0);
+  for (Sum* sum : {&rings_[in], &places_[kQuarters * in + quarter]}) {
+    sum->n += 1.0;
+    sum->sum += residual;
+    sum->noise += noise_share;
+  }
+}
+
+ResidualShape::Verdict ResidualShape::verdict(double per_lamp, double background_terms) const {
+  double places = 0.0, between = 0.0, rings = 0.0, between_rings = 0.0;
+  for (const Sum& one : places_) {
+    if (one.n < kLeastPixels) continue;
+    places += 1.0;
+    between += one.sum * one.sum / one.n;
+  }
+  for (const Sum& one : rings_) {
+    if (one.n < kQuarters * kLeastPixels) continue;
+    rings += 1.0;
+    between_rings += one.sum * one.sum / one.n;
+  }
+  const auto lamps = static_cast<double>(lamps_);
+  const double fitted = per_lamp * lamps + background_terms;
+  const double within_dof = std::max(used_ - places, 1.0);
+  const double scatter = std::max((square_ - between) / within_dof, 1e-12);
+  double expected = 0.0;
+  for (const Sum& one : places_)
+    if (one.n >= kLeastPixels)
+      expected += one.sum * one.sum / one.n / (scatter + 1.0 - one.noise / one.n);
+
+  Verdict verdict;
+  const double dof = std::max(places - fitted, 1.0);
+  verdict.chi2_per_dof = square_ / std::max(used_ - fitted, 1.0);
+  verdict.shape_per_dof = between / dof;
+  verdict.shaped = normal_of_ratio(expected / dof, dof, within_dof) > kOnceInHundred;
+  // Of a lamp's parameters two, its centre, and of the background's all but one turn with the
+  // angle.
+  const double round_dof = std::max(rings - (per_lamp - 2.0) * lamps - 1.0, 1.0);
+  const double uneven_dof = std::max(places - rings - 2.0 * lamps - background_terms + 1.0, 1.0);
+  // Quarters that differ no more than chance makes them say nothing of what lies about the lamp.
+  const double uneven = (between - between_rings) / uneven_dof;
+  verdict.quarters_differ =
+      normal_of_ratio(uneven / scatter, uneven_dof, within_dof) > kOnceInHundred;
+  verdict.round =
+      normal_of_ratio(between_rings / round_dof / (verdict.quarters_differ ? uneven : scatter),
+                      round_dof,
+                      verdict.quarters_differ ? uneven_dof : within_dof) > kOnceInHundred;
+  return verdict;
+}
+
+}  // namespace vildar

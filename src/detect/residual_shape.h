@@ -1,0 +1,42 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace vildar {
+
+/// Sums what a fit leaves over by rings and quarters about each lamp, and says whether it has a
+/// shape: noise has none, whatever its size.
+class ResidualShape {
+ public:
+  explicit ResidualShape(std::size_t lamps);
+
+  /// A pixel's residual over its sigma, `offset_px` from the lamp next to it, at `ring` of what is
+  /// used about the lamp, 0 to 1. `noise_share` of its variance is its own, the rest is common to
+  /// pixels that lie together.
+  void add(std::size_t lamp, const Eigen::Vector2d& offset_px, double ring, double residual,
+           double noise_share);
+
+  struct Verdict {
+    double chi2_per_dof = 0.0;
+    double shape_per_dof = 0.0;    ///< mean square over rings and quarters
+    bool shaped = false;           ///< more of it than chance gives in one case of a hundred
+    bool quarters_differ = false;  ///< by more than chance makes them
+    /// Alike in all quarters, beyond what the quarters' differences explain: the lamp's own light
+    /// is not as it was taken for, rather than what lies about it.
+    bool round = false;
+  };
+  /// With so many parameters fitted to each lamp, and terms of a background.
+  Verdict verdict(double per_lamp, double background_terms) const;
+
+ private:
+  struct Sum {
+    double n = 0.0, sum = 0.0, noise = 0.0;
+  };
+  std::size_t lamps_;
+  std::vector<Sum> rings_, places_;
+  double square_ = 0.0, used_ = 0.0;
+};
+
+}  // namespace vildar
