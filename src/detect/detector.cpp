@@ -243,6 +243,8 @@ BlobFrame Detector::detect(const Frame& frame) {
   rules.least_valley_codes = static_cast<int>(std::ceil(
       std::max(state.options.min_valley_fraction * span, kValleySigma * levels.noise_codes)));
   rules.min_area_px = state.options.min_area_px;
+  const auto threshold = static_cast<std::size_t>(levels.threshold_code);
+  rules.noise_codes = state.sigma[threshold] / std::max(state.slope[threshold], 1e-9f);
   rules.half_code = state.half_code;
   state.finder.clear();
   for (std::size_t g = 0; g < state.groups.count(); ++g) {

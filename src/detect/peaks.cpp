@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -17,7 +18,24 @@ constexpr double kNeckShare = 0.7;
 /// The same against an area whose own lights are already taken out: what joins it is lost.
 constexpr double kNeckShareOfRest = 0.95;
 /// Pixels of one bright area that are looked at.
-constexpr int kMostPixels = 2500;
+constexpr int kMostPixels = 1000;
+
+/// Sum of an area's codes above the threshold, in sigmas of that sum, that no noise reaches.
+constexpr double kLeastExcessSigma = 5.0;
+
+bool is_above_noise(const LumaView& luma, std::span<const int> run_indices,
+                    const std::vector<PixelRun>& runs, int threshold_code, const PeakRules& rules) {
+  constexpr int kEnough_px = 64;  // an area as large is no grain
+  int pixels = 0, excess = 0;
+  for (const int index : run_indices) {
+    const PixelRun& run = runs[index];
+    pixels += run.u_end - run.u_begin;
+    if (pixels > kEnough_px) return true;
+    for (int u = run.u_begin; u < run.u_end; ++u) excess += luma.code(u, run.v) - threshold_code;
+  }
+  return pixels >= rules.min_area_px &&
+         excess >= kLeastExcessSigma * rules.noise_codes * std::sqrt(pixels);
+}
 
 /// Whether a peak of height `top` stands clear of a valley of height `valley`.
 bool stands_clear(int top, int valley, int clip_code, int least_valley_codes, double neck_share) {
@@ -190,6 +208,7 @@ int PeakFinder::join(int mine, int theirs, int height, const PeakRules& rules) {
 void PeakFinder::add(const LumaView& luma, std::span<const int> run_indices,
                      const std::vector<PixelRun>& runs, int threshold_code,
                      const PeakRules& rules) {
+  if (!is_above_noise(luma, run_indices, runs, threshold_code, rules)) return;
   const int floor = floor_code(luma, run_indices, runs, threshold_code, rules);
   load(luma, run_indices, runs, floor, rules);
   sort_by_height();

@@ -32,6 +32,7 @@ struct PeakRules {
   int clip_code = 255;
   int least_valley_codes = 10;  ///< depth that tells two peaks apart
   int min_area_px = 2;
+  double noise_codes = 0.5;  ///< sigma of one pixel at the threshold
   /// Code of half the light of each code, above the frame's background; indexed by code.
   std::span<const int> half_code;
 };
@@ -39,11 +40,12 @@ struct PeakRules {
 /// Splits bright areas into lights by a component tree: pixels join in falling order of code, and
 /// two areas that meet in a valley deep below both their peaks stay apart. Inside a clipped area
 /// the distance to its rim goes on where the code stops, so that two discs joined by a neck part as
-/// well. Of a wide area (lit road) only its brightest few thousand pixels are looked at, and all
+/// well. Of a wide area (lit road) only its brightest thousand pixels are looked at, and all
 /// that clip: the cost is that of the lights, not of what they shine on.
 class PeakFinder {
  public:
-  /// Appends the lights of one bright area to peaks().
+  /// Appends the lights of one bright area to peaks(). An area too small, or above the threshold by
+  /// no more than the noise of its pixels and the grain of a lit road are, has none.
   void add(const LumaView& luma, std::span<const int> run_indices,
            const std::vector<PixelRun>& runs, int threshold_code, const PeakRules& rules);
   void clear();
