@@ -14,11 +14,6 @@
 namespace vildar {
 namespace {
 
-constexpr double kLeastAlone_s = 0.3;
-constexpr double kMargin_s = 5.0;  // of the trace kept before and after a vehicle is in view
-constexpr double kUnknownPassing_s =
-    2.0;  // from the last sighting until it is past the photodiodes
-constexpr double kLongestPassing_s = 5.0;
 constexpr std::size_t kPlotPoints = 200;
 constexpr double kForever = std::numeric_limits<double>::infinity();
 
@@ -90,7 +85,7 @@ class Measuring {
   void take(std::vector<VehicleTrack> ended) {
     for (VehicleTrack& track : ended) {
       if (!traces_.empty() && track.kind == LampKind::headlamp)
-        lit_.push_back({track.id, shining_of(track)});
+        lit_.push_back(lit_vehicle(track, site_));
       waiting_.push_back(std::move(track));
     }
   }
@@ -108,46 +103,20 @@ class Measuring {
     double needed_since_s = live_since_s;
     for (const VehicleTrack& track : waiting_)
       needed_since_s = std::min(needed_since_s, interval_of(track).from_s);
-    std::erase_if(lit_, [&](const Lit& lit) { return lit.interval.to_s < needed_since_s; });
+    std::erase_if(lit_, [&](const LitVehicle& lit) { return lit.past_s < needed_since_s; });
   }
 
  private:
-  struct Lit {
-    int track_id;
-    ClipInterval interval;
-  };
-
-  // A vehicle shines on the photodiodes until it has driven past them, also out of the camera's
-  // view.
-  ClipInterval shining_of(const VehicleTrack& track) const {
-    ClipInterval shining = interval_of(track);
-    const VehicleEstimate estimate = estimate_vehicle(track, site_, {});
-    const TrackRow& last = estimate.rows.back();
-    const bool known = last.range_m && last.speed_mps && *last.speed_mps > 0.0;
-    shining.to_s += std::clamp(known ? *last.range_m / *last.speed_mps : kUnknownPassing_s, 0.0,
-                               kLongestPassing_s);
-    return shining;
-  }
-
   void measure(const VehicleTrack& track) {
-    std::vector<ClipInterval> others;
-    for (const Lit& lit : lit_)
-      if (lit.track_id != track.id) others.push_back(lit.interval);
-    std::vector<PowerTrace> cut;
-    cut.reserve(traces_.size());
-    std::vector<VehiclePower> power;
-    for (const PowerTrace& trace : traces_) {
-      const double offset_s =
-          site_.photodiodes[static_cast<std::size_t>(trace.photodiode)].time_offset_s.mean;
-      auto alone = alone_on_trace(trace, offset_s, interval_of(track), others);
-      if (!alone) {
-        power.push_back({&trace, true});
-        continue;
-      }
-      cut.push_back(std::move(*alone));
-      power.push_back({&cut.back(), false});
-    }
-    VehicleEstimate estimate = estimate_vehicle(track, site_, power);
+    OfferedPower offered;
+    const auto own = std::ranges::find(lit_, track.id, &LitVehicle::track_id);
+    if (own != lit_.end())
+      offered = offer_power(lit_, static_cast<std::size_t>(own - lit_.begin()), site_, traces_);
+    VehicleEstimate estimate = estimate_vehicle(track, site_, offered.power);
+    if (offered.unexplained)
+      estimate.result.warnings.push_back(
+          "the photodiodes receive light that none of the vehicles in view explains, so the power "
+          "law gives no speed; check the camera's view and the channel");
     tracks_.add(estimate.rows);
     measurement_.plots.push_back(plot_of(estimate));
     if (options_.annotate)
@@ -162,48 +131,10 @@ class Measuring {
   TracksWriter& tracks_;
   ClipMeasurement& measurement_;
   std::vector<VehicleTrack> waiting_;
-  std::vector<Lit> lit_;
+  std::vector<LitVehicle> lit_;
 };
 
 }  // namespace
-
-std::optional<PowerTrace> alone_on_trace(const PowerTrace& trace, double time_offset_s,
-                                         ClipInterval own, std::span<const ClipInterval> others) {
-  std::vector<ClipInterval> busy(others.begin(), others.end());
-  std::sort(busy.begin(), busy.end(),
-            [](const ClipInterval& a, const ClipInterval& b) { return a.from_s < b.from_s; });
-  ClipInterval best{0.0, 0.0};
-  double best_own_s = kLeastAlone_s;
-  double free_from_s = -kForever;
-  const auto consider = [&](double free_to_s) {
-    const double own_s = std::min(free_to_s, own.to_s) - std::max(free_from_s, own.from_s);
-    if (own_s < best_own_s) return;
-    best = {free_from_s, free_to_s};
-    best_own_s = own_s;
-  };
-  for (const ClipInterval& one : busy) {
-    if (one.from_s > free_from_s) consider(one.from_s);
-    free_from_s = std::max(free_from_s, one.to_s);
-  }
-  consider(kForever);
-  if (!(best.to_s > best.from_s)) return std::nullopt;
-
-  const double from_s = std::max(best.from_s, own.from_s - kMargin_s) - time_offset_s;
-  const double to_s = std::min(best.to_s, own.to_s + kMargin_s) - time_offset_s;
-  const auto first = std::lower_bound(trace.time_s.begin(), trace.time_s.end(), from_s);
-  const auto last = std::upper_bound(first, trace.time_s.end(), to_s);
-  PowerTrace cut;
-  cut.photodiode_id = trace.photodiode_id;
-  cut.photodiode = trace.photodiode;
-  cut.sample_period_s = trace.sample_period_s;
-  cut.noise_sigma_w = trace.noise_sigma_w;
-  cut.ambient_w = trace.ambient_w;
-  cut.ambient_sigma_w = trace.ambient_sigma_w;
-  cut.time_s.assign(first, last);
-  cut.power_w.assign(trace.power_w.begin() + (first - trace.time_s.begin()),
-                     trace.power_w.begin() + (last - trace.time_s.begin()));
-  return cut;
-}
 
 ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const Site& site,
                              std::span<const PowerTrace> traces, TracksWriter& tracks,

@@ -8,6 +8,7 @@
 
 #include "capture/clip_source.h"
 #include "pipelines/run_pipeline.h"
+#include "pipelines/vehicle_power.h"
 #include "sink/csv_tables.h"
 #include "sink/report.h"
 #include "track/tracker.h"
@@ -41,15 +42,5 @@ struct ClipMeasurement {
 ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const Site& site,
                              std::span<const PowerTrace> traces, TracksWriter& tracks,
                              BlobsWriter* blobs);
-
-/// The trace cut to the time in which `own` alone is in view, photodiode clock, or nothing where
-/// that is shorter than 0.3 s of its own time in view. `others` are the times, in clip time, at
-/// which other vehicles shine on the photodiode.
-struct ClipInterval {
-  double from_s = 0.0;
-  double to_s = 0.0;
-};
-std::optional<PowerTrace> alone_on_trace(const PowerTrace& trace, double time_offset_s,
-                                         ClipInterval own, std::span<const ClipInterval> others);
 
 }  // namespace vildar

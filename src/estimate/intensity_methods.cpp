@@ -125,16 +125,17 @@ struct PhotodiodeLight {
 
 Outcome<PhotodiodeLight> photodiode_light(const VehicleTrack& track, const Site& site,
                                           const VehiclePower& power, const Trajectory* trajectory) {
-  if (power.shared) return Miss::several_vehicles;
+  const PowerTrace& trace = power.own_light ? *power.own_light : *power.trace;
+  if (trace.time_s.empty() || (power.shared && !power.own_light)) return Miss::several_vehicles;
   const auto place = known_place(site, track.direction, trajectory);
   if (!place) return Miss::no_scale;
-  const auto found = photodiode_case(site, power.trace->photodiode, *place);
+  const auto found = photodiode_case(site, trace.photodiode, *place);
   if (const Miss* miss = std::get_if<Miss>(&found)) return *miss;
   PhotodiodeLight light;
   light.known = std::get<PowerCase>(found);
   const double from_s = trajectory ? trajectory->from_s : seconds_of(track.sightings.front().time);
   const double to_s = trajectory ? trajectory->to_s : seconds_of(track.sightings.back().time);
-  light.series = usable_power(*power.trace, site, light.known, from_s, to_s, trajectory);
+  light.series = usable_power(trace, site, light.known, from_s, to_s, trajectory);
   if (light.series.time_s.size() < 10) return Miss::too_few_samples;
   if (light.series.time_s.back() - light.series.time_s.front() < kShortest_s)
     return Miss::too_short;

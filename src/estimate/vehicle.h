@@ -21,6 +21,9 @@ struct VehicleEstimate {
 struct VehiclePower {
   const PowerTrace* trace = nullptr;
   bool shared = false;  ///< another vehicle feeds this photodiode during this pass
+  /// The same, also where it is shared, with the light of others taken out; null where there is
+  /// none. Outlives the call.
+  const PowerTrace* own_light = nullptr;
 };
 
 /// Speed from the camera's bearings, from light, and from both. What the data do not determine is

@@ -1,0 +1,123 @@
+#include "pipelines/vehicle_power.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/clock.h"
+#include "estimate/unmix.h"
+
+namespace vildar {
+namespace {
+
+constexpr double kLeastAlone_s = 0.3;
+constexpr double kMargin_s = 5.0;  // of the trace kept before and after a vehicle is in view
+constexpr double kUnknownPassing_s =
+    2.0;  // from the last sighting until it is past the photodiodes
+constexpr double kLongestPassing_s = 5.0;
+// Of the trace that is unmixed, before and after a vehicle is in view.
+constexpr double kBefore_s = 0.5, kAfter_s = 4.0;
+constexpr double kForever = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+LitVehicle lit_vehicle(const VehicleTrack& track, const Site& site) {
+  LitVehicle lit{
+      track.id,
+      {seconds_of(track.sightings.front().time), seconds_of(track.sightings.back().time)},
+      0.0,
+      {}};
+  std::vector<std::string> told_later;
+  auto fitted = fit_trajectories(track, Camera(*site.camera), site, told_later);
+  double passing_s = kUnknownPassing_s;
+  if (auto* found = std::get_if<std::vector<Trajectory>>(&fitted)) {
+    const MotionState last = found->front().at(lit.in_view.to_s);
+    if (last.over_ground_mps > 0.0) passing_s = last.range_m / last.over_ground_mps;
+    if (!track.ambiguous_identity) lit.way = std::move(found->front());
+  }
+  lit.past_s = lit.in_view.to_s + std::clamp(passing_s, 0.0, kLongestPassing_s);
+  return lit;
+}
+
+OfferedPower offer_power(std::span<const LitVehicle> lit, std::size_t own, const Site& site,
+                         std::span<const PowerTrace> traces) {
+  const LitVehicle& vehicle = lit[own];
+  std::vector<ClipInterval> others, unknown;  // unknown: whose way the camera does not tell
+  std::vector<const Trajectory*> ways;
+  if (vehicle.way) ways.push_back(&*vehicle.way);
+  for (const LitVehicle& other : lit) {
+    if (&other == &vehicle) continue;
+    others.push_back({other.in_view.from_s, other.past_s});
+    if (vehicle.way && other.way)
+      ways.push_back(&*other.way);
+    else
+      unknown.push_back(others.back());
+  }
+  OfferedPower offered;
+  offered.in_time.reserve(traces.size());
+  offered.own_light.reserve(traces.size());
+  for (const PowerTrace& trace : traces) {
+    const double offset_s =
+        site.photodiodes[static_cast<std::size_t>(trace.photodiode)].time_offset_s.mean;
+    VehiclePower power{&trace, true};
+    auto in_time = alone_on_trace(trace, offset_s, vehicle.in_view, others);
+    const auto known = alone_on_trace(trace, offset_s, vehicle.in_view, unknown);
+    if (ways.size() > 1 && known) {
+      auto outcome = own_light(*known, site, ways, 0, vehicle.in_view.from_s - kBefore_s,
+                               vehicle.in_view.to_s + kAfter_s);
+      const Miss* miss = std::get_if<Miss>(&outcome);
+      const bool unexplained = miss && *miss == Miss::bad_fit;
+      offered.unexplained = offered.unexplained || unexplained;
+      if (!miss || unexplained) {
+        offered.own_light.push_back(miss ? PowerTrace{} : std::get<PowerTrace>(std::move(outcome)));
+        power.own_light = &offered.own_light.back();
+      }
+    }
+    if (in_time) {
+      offered.in_time.push_back(std::move(*in_time));
+      power.trace = &offered.in_time.back();
+      power.shared = false;
+    }
+    offered.power.push_back(power);
+  }
+  return offered;
+}
+
+std::optional<PowerTrace> alone_on_trace(const PowerTrace& trace, double time_offset_s,
+                                         ClipInterval own, std::span<const ClipInterval> others) {
+  std::vector<ClipInterval> busy(others.begin(), others.end());
+  std::sort(busy.begin(), busy.end(),
+            [](const ClipInterval& a, const ClipInterval& b) { return a.from_s < b.from_s; });
+  ClipInterval best{0.0, 0.0};
+  double best_own_s = kLeastAlone_s;
+  double free_from_s = -kForever;
+  const auto consider = [&](double free_to_s) {
+    const double own_s = std::min(free_to_s, own.to_s) - std::max(free_from_s, own.from_s);
+    if (own_s < best_own_s) return;
+    best = {free_from_s, free_to_s};
+    best_own_s = own_s;
+  };
+  for (const ClipInterval& one : busy) {
+    if (one.from_s > free_from_s) consider(one.from_s);
+    free_from_s = std::max(free_from_s, one.to_s);
+  }
+  consider(kForever);
+  if (!(best.to_s > best.from_s)) return std::nullopt;
+
+  const double from_s = std::max(best.from_s, own.from_s - kMargin_s) - time_offset_s;
+  const double to_s = std::min(best.to_s, own.to_s + kMargin_s) - time_offset_s;
+  const auto first = std::lower_bound(trace.time_s.begin(), trace.time_s.end(), from_s);
+  const auto last = std::upper_bound(first, trace.time_s.end(), to_s);
+  PowerTrace cut;
+  cut.photodiode_id = trace.photodiode_id;
+  cut.photodiode = trace.photodiode;
+  cut.sample_period_s = trace.sample_period_s;
+  cut.noise_sigma_w = trace.noise_sigma_w;
+  cut.ambient_w = trace.ambient_w;
+  cut.ambient_sigma_w = trace.ambient_sigma_w;
+  cut.time_s.assign(first, last);
+  cut.power_w.assign(trace.power_w.begin() + (first - trace.time_s.begin()),
+                     trace.power_w.begin() + (last - trace.time_s.begin()));
+  return cut;
+}
+
+}  // namespace vildar

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "estimate/trajectory.h"
+#include "estimate/vehicle.h"
+#include "types/power.h"
+#include "types/site.h"
+
+namespace vildar {
+
+/// Clip time.
+struct ClipInterval {
+  double from_s = 0.0;
+  double to_s = 0.0;
+};
+
+/// A vehicle that shines on the photodiodes.
+struct LitVehicle {
+  int track_id = 0;
+  ClipInterval in_view;
+  double past_s = 0.0;            ///< clip time at which it has driven past the photodiodes
+  std::optional<Trajectory> way;  ///< nothing where the bearings do not tell it
+};
+LitVehicle lit_vehicle(const VehicleTrack& track, const Site& site);
+
+/// The traces as offered to one vehicle's estimate. Move only: `power` points into the other two.
+struct OfferedPower {
+  std::vector<PowerTrace> in_time, own_light;
+  std::vector<VehiclePower> power;
+  bool unexplained = false;  ///< light that none of the vehicles seen explains
+};
+
+/// Shares the traces out: to `lit[own]`, beside `lit`, all that shine near its time.
+OfferedPower offer_power(std::span<const LitVehicle> lit, std::size_t own, const Site& site,
+                         std::span<const PowerTrace> traces);
+
+/// The trace cut to the time in which `own` alone is in view, photodiode clock, or nothing where
+/// that is shorter than 0.3 s of its own time in view. `others` are the times, in clip time, at
+/// which other vehicles shine on the photodiode.
+std::optional<PowerTrace> alone_on_trace(const PowerTrace& trace, double time_offset_s,
+                                         ClipInterval own, std::span<const ClipInterval> others);
+
+}  // namespace vildar
