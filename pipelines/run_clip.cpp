@@ -140,7 +140,9 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
                              std::span<const PowerTrace> traces, TracksWriter& tracks,
                              BlobsWriter* blobs) {
   ClipMeasurement measurement;
-  Detector detector(DetectOptions{}, Response(*site.camera), site.camera->exposure_s);
+  // Lossy codecs reshape the rims and wings that the fit lives on.
+  Detector detector(DetectOptions{}, Response(*site.camera), site.camera->exposure_s,
+                    clip.info().lossless ? site.camera->psf : std::nullopt);
   Tracker tracker(TrackOptions{}, site);
   Measuring measuring(options, site, traces, tracks, measurement);
   Progress progress("measuring", clip.info().frames_declared, "frames");

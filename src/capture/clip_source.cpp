@@ -108,6 +108,9 @@ void ClipSource::Impl::describe(const AVFrame& first) {
   stored_height_px = first.height;
   info.container = container.iformat->name;
   info.codec = avcodec_get_name(stream.codecpar->codec_id);
+  const AVCodecDescriptor* codec = avcodec_descriptor_get(stream.codecpar->codec_id);
+  info.lossless = codec != nullptr && (codec->props & AV_CODEC_PROP_LOSSLESS) != 0 &&
+                  (codec->props & AV_CODEC_PROP_LOSSY) == 0;
   info.pixel_format = av_get_pix_fmt_name(static_cast<AVPixelFormat>(first.format));
   Frame probe;
   const SharedPicture readable = with_luma(ahead->picture);

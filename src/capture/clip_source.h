@@ -27,9 +27,10 @@ struct ClipOptions {
 struct ClipInfo {
   std::filesystem::path path;
   std::string container, codec, pixel_format;
-  int width_px = 0;      ///< upright, that is after the turn by rotation_deg
-  int height_px = 0;     ///< upright
-  int rotation_deg = 0;  ///< clockwise turn that shows the picture upright: 0, 90, 180 or 270
+  bool lossless = false;  ///< whatever the codec is told, it loses nothing of a picture
+  int width_px = 0;       ///< upright, that is after the turn by rotation_deg
+  int height_px = 0;      ///< upright
+  int rotation_deg = 0;   ///< clockwise turn that shows the picture upright: 0, 90, 180 or 270
   int bit_depth = 8;
   std::string colour_range;  ///< "full" or "limited"; with " (assumed)" where the clip does not say
   double nominal_frame_rate_hz = 0.0;  ///< as declared; 0 where nothing is declared

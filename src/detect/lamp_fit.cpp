@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "core/quantity.h"
+#include "detect/censored.h"
 #include "detect/residual_shape.h"
 
 namespace vildar {
@@ -21,32 +22,10 @@ constexpr double kRimInside_px = 5.0, kRimOutside_px = 3.0;
 /// does clip.
 constexpr double kHoleDepth_px = 1.5, kHoleLight = 0.8;
 constexpr double kPatch_px2 = 16.0;  // area that is uneven together
+constexpr double kStill_px = 0.3;    // a way this short widens a core of 0.5 px by 1.5 %
+constexpr double kSmearPiece_px = 1.5;
 constexpr int kMostIterations = 20;
 constexpr double kDone = 4e-3;  // expected fall of the cost: a sixteenth of a sigma
-
-/// -2 ln of the normal distribution function, its first and its second derivative over 2.
-struct Censored {
-  double cost, slope, curve;
-  explicit Censored(double z) {
-    if (z > 6.0) {
-      cost = slope = curve = 0.0;
-      return;
-    }
-    // Mills' ratio by its continued fraction where the function underflows.
-    double hazard;
-    if (z > -6.0) {
-      const double below = 0.5 * std::erfc(-z * std::sqrt(0.5));
-      hazard = std::exp(-0.5 * z * z) / std::sqrt(2.0 * kPi) / below;
-      cost = -2.0 * std::log(below);
-    } else {
-      const double x = -z;
-      hazard = x + 1.0 / (x + 2.0 / (x + 3.0 / (x + 4.0 / x)));
-      cost = z * z + 2.0 * std::log(hazard * std::sqrt(2.0 * kPi));
-    }
-    slope = hazard;
-    curve = hazard * (hazard + z);
-  }
-};
 
 }  // namespace
 
@@ -120,12 +99,10 @@ void LampFitter::gather(const FrameLight& light, std::span<const LampGuess> gues
         const int code = luma.code(u, v);
         const double here = static_cast<double>(light.linear[static_cast<std::size_t>(code)]);
         const bool hole = inside && here > kHoleLight * light.clip_light;
-        samples_.push_back(
-            {u, v, here, 0.0, distance / reach, 0.0, 1.0, hole || code >= light.clip_code});
+        samples_.push_back({u, v, here, 0.0, distance / reach, hole || code >= light.clip_code});
       }
   }
   add_others(others);
-  trial_variance_.resize(samples_.size());
 }
 
 void LampFitter::add_others(std::span<const OtherLamp> others) {
@@ -202,28 +179,31 @@ LampFitter::Sum LampFitter::add_up(const FrameLight& light) {
     const Sample& sample = samples_[k];
     double by_wing_share, backdrop;
     const double expected = model(sample, gradient, by_wing_share, backdrop);
-    double weight, pull;
+    State& trial = trial_states_[k];
+    trial = {};
+    double pull;
     if (sample.clipped) {
       const Censored censored((expected - light.clip_light) / clip_sigma);
-      trial_variance_[k] = trial_noise_[k] = clip_variance;
+      trial.variance = clip_variance;
       sum.cost += censored.cost;
       sum.frozen_cost += censored.cost;
-      weight = censored.curve / clip_variance;
+      trial.weight = censored.curve / clip_variance;
       pull = censored.slope / clip_sigma;
-      if (weight == 0.0) continue;
+      if (trial.weight == 0.0) continue;
     } else {
-      const double left = sample.light - expected;
-      trial_noise_[k] = light.noise.variance(expected);
+      const double noise = light.noise.variance(expected);
       const double uneven = attempt_.uneven * std::max(backdrop, 0.0);
-      const double variance = trial_noise_[k] + kPatch_px2 * uneven * uneven;
-      trial_variance_[k] = variance;
-      sum.cost += left * left / variance;
-      if (sample.variance > 0.0) sum.frozen_cost += left * left / sample.variance;
-      weight = 1.0 / variance;
-      pull = left * weight;
+      trial.residual = sample.light - expected;
+      trial.variance = noise + kPatch_px2 * uneven * uneven;
+      trial.noise_share = noise / trial.variance;
+      trial.weight = 1.0 / trial.variance;
+      const double square = trial.residual * trial.residual;
+      sum.cost += square * trial.weight;
+      if (states_[k].variance > 0.0) sum.frozen_cost += square / states_[k].variance;
+      pull = trial.residual * trial.weight;
     }
     for (Eigen::Index i = 0; i < size(); ++i) {
-      const double weighted = weight * gradient[i];
+      const double weighted = trial.weight * gradient[i];
       sum.score[i] += pull * gradient[i];
       sum.by_wing_share[i] += weighted * by_wing_share;
       for (Eigen::Index j = 0; j <= i; ++j) sum.information(i, j) += weighted * gradient[j];
@@ -262,7 +242,10 @@ void LampFitter::start(const FrameLight& light, std::span<const LampGuess> guess
       radius_px = std::clamp(radius_px, kLeastRadius_px, DiscImage::kMostRadius_px);
     images_[i].set_radius(radius_px);
     double flux = sum / static_cast<double>(guesses.size());
-    if (guess.rim_px > 0.0) flux = light.clip_light / images_[i].at(guess.rim_px, 0.0).share;
+    if (guess.flux)
+      flux = *guess.flux;
+    else if (guess.rim_px > 0.0)
+      flux = light.clip_light / images_[i].at(guess.rim_px, 0.0).share;
     const Eigen::Index at = base(i);
     first[at] = std::log(std::max(flux, 1e-6));
     first[at + 1] = guess.centre_px.x();
@@ -298,13 +281,7 @@ LampFitter::Vector LampFitter::step(const Sum& sum, double damping) const {
 // Levenberg and Marquardt; true where it came to rest.
 bool LampFitter::climb(const FrameLight& light, std::span<const LampGuess> guesses, Sum& sum) {
   sum = add_up(light);
-  const auto accept = [&] {
-    for (std::size_t k = 0; k < samples_.size(); ++k) {
-      samples_[k].variance = trial_variance_[k];
-      samples_[k].noise_share = trial_noise_[k] / trial_variance_[k];
-    }
-  };
-  accept();
+  std::swap(states_, trial_states_);
   double damping = 1e-3;
   for (int i = 0; i < kMostIterations; ++i, ++result_.iterations) {
     Vector move = step(sum, damping);
@@ -330,7 +307,7 @@ bool LampFitter::climb(const FrameLight& light, std::span<const LampGuess> guess
     Sum trial = add_up(light);
     if (trial.frozen_cost <= sum.cost + 1e-9) {
       sum = std::move(trial);
-      accept();
+      std::swap(states_, trial_states_);
       damping = std::max(0.2 * damping, 1e-7);
     } else {
       set_parameters(before);
@@ -355,7 +332,7 @@ bool LampFitter::climb_from_best(const FrameLight& light, std::span<const LampGu
     if (!climb(light, guesses, sum)) continue;
     judge(guesses);
     double cost = sum.cost;
-    for (const Sample& sample : samples_) cost += std::log(sample.variance);
+    for (const State& state : states_) cost += std::log(state.variance);
     if (found && cost >= least) continue;
     found = true;
     least = cost;
@@ -386,17 +363,19 @@ bool LampFitter::fit_background(const FrameLight& light, std::span<const LampGue
       return true;
     }
   }
-  return climb_from_best(light, guesses, clips && !told, radius_known, sum);
+  if (climb_from_best(light, guesses, clips && !told, radius_known, sum)) return true;
+  if (!told || radius_known) return false;
+  std::vector<LampGuess> anew(guesses.begin(), guesses.end());
+  for (LampGuess& guess : anew) guess.radius_px = guess.flux = std::nullopt;
+  return climb_from_best(light, anew, clips, radius_known, sum);
 }
 
 void LampFitter::judge(std::span<const LampGuess> guesses) {
   ResidualShape shape(guesses.size());
-  Vector unused(size());
-  for (const Sample& sample : samples_) {
+  for (std::size_t k = 0; k < samples_.size(); ++k) {
+    const Sample& sample = samples_[k];
+    const State& state = states_[k];
     if (sample.clipped) continue;
-    double by_wing_share, backdrop;
-    const double left = (sample.light - model(sample, unused, by_wing_share, backdrop)) /
-                        std::sqrt(sample.variance);
     std::size_t nearest = 0;
     double least = 1e9;
     Eigen::Vector2d offset_px;
@@ -411,7 +390,8 @@ void LampFitter::judge(std::span<const LampGuess> guesses) {
       least = ring;
       offset_px = from_px;
     }
-    shape.add(nearest, offset_px, least, left, sample.noise_share);
+    shape.add(nearest, offset_px, least, state.residual / std::sqrt(state.variance),
+              state.noise_share);
   }
   const ResidualShape::Verdict verdict =
       shape.verdict(static_cast<double>(per_lamp_), static_cast<double>(attempt_.background_terms));
@@ -423,6 +403,23 @@ void LampFitter::judge(std::span<const LampGuess> guesses) {
   result_.variance_factor = std::max(1.0, verdict.chi2_per_dof);
   if (result_.bad_fit)
     result_.variance_factor = std::max(result_.variance_factor, verdict.shape_per_dof);
+}
+
+// Of the information, and of what the residuals themselves say of their variance (Huber 1967): the
+// larger on the diagonal. The camera's electrons are not known.
+LampFitter::Matrix LampFitter::covariance(const Matrix& inverse) const {
+  Matrix spread = Matrix::Zero(size(), size());
+  Vector gradient(size());
+  for (std::size_t k = 0; k < samples_.size(); ++k) {
+    const State& state = states_[k];
+    if (state.weight == 0.0) continue;
+    double by_wing_share, backdrop;
+    model(samples_[k], gradient, by_wing_share, backdrop);
+    const double pull = state.weight * state.residual;
+    spread.noalias() +=
+        (samples_[k].clipped ? state.weight : pull * pull) * gradient * gradient.transpose();
+  }
+  return (inverse * result_.variance_factor).cwiseMax(inverse * spread * inverse);
 }
 
 const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGuess> guesses,
@@ -439,18 +436,18 @@ const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGue
   images_.assign(guesses.size(), image_);
   smears_.assign(guesses.size(), {});
   for (std::size_t i = 0; i < guesses.size(); ++i) {
-    // Gauss and Legendre, three points to each piece of at most 3 px.
+    // Gauss and Legendre, two points to each piece.
     const Eigen::Vector2d& motion_px = guesses[i].motion_px;
     const double length_px = motion_px.norm();
-    if (length_px < 0.1) {
+    if (length_px < kStill_px) {
       smears_[i].push_back({Eigen::Vector2d::Zero(), 1.0});
       continue;
     }
-    const int pieces = static_cast<int>(std::ceil(length_px / 3.0));
+    const int pieces = static_cast<int>(std::ceil(length_px / kSmearPiece_px));
     for (int piece = 0; piece < pieces; ++piece)
-      for (int node = -1; node <= 1; ++node) {
-        const double share = (piece + 0.5 + 0.3872983346207417 * node) / pieces - 0.5;
-        smears_[i].push_back({share * motion_px, (node == 0 ? 8.0 : 5.0) / 18.0 / pieces});
+      for (const double node : {-0.28867513459481287, 0.28867513459481287}) {
+        const double share = (piece + 0.5 + node) / pieces - 0.5;
+        smears_[i].push_back({share * motion_px, 0.5 / pieces});
       }
   }
   gather(light, guesses, others);
@@ -463,8 +460,8 @@ const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGue
     attempt_ = kAttempts[static_cast<std::size_t>(k)];
     result_.attempt = k;
     std::erase_if(samples_, [&](const Sample& one) { return one.place > attempt_.reach; });
-    trial_variance_.resize(samples_.size());
-    trial_noise_.resize(samples_.size());
+    states_.assign(samples_.size(), {});
+    trial_states_.resize(samples_.size());
     found = fit_background(light, guesses, radius_known, found, sum);
     // Where the plainest backgrounds lead nowhere, a freer one takes the lamp's light for its own.
     if (!found && k >= kNothingRound) break;
@@ -474,11 +471,11 @@ const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGue
 
   const Eigen::LDLT<Matrix> information(sum.information);
   if (information.info() != Eigen::Success || !information.isPositive()) return result_;
-  const Matrix covariance =
-      information.solve(Matrix::Identity(size(), size())) * result_.variance_factor;
+  const Matrix inverse = information.solve(Matrix::Identity(size(), size()));
+  const Matrix found_covariance = covariance(inverse);
   const Vector by_wings = information.solve(sum.by_wing_share) * wing_share_sigma_;
   const auto sigma = [&](Eigen::Index i) {
-    return std::hypot(std::sqrt(std::max(covariance(i, i), 0.0)), by_wings[i]);
+    return std::hypot(std::sqrt(std::max(found_covariance(i, i), 0.0)), by_wings[i]);
   };
   for (std::size_t i = 0; i < guesses.size(); ++i) {
     const Eigen::Index at = base(i);

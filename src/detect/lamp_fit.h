@@ -39,6 +39,7 @@ struct LampGuess {
   /// How far the picture moved during the exposure, px.
   Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();
   std::optional<double> radius_px;  ///< of the disc, from an earlier picture
+  std::optional<double> flux;       ///< from an earlier picture
 };
 
 /// A lamp about which enough is known: its light is taken off, and what it covers is left out.
@@ -114,11 +115,15 @@ class LampFitter {
   struct Sample {
     int u, v;
     double light;
-    double others;       // light of other lamps
-    double place;        // share of the reach of the nearest lamp
-    double variance;     // under the accepted parameters
-    double noise_share;  // of it
+    double others;  // light of other lamps
+    double place;   // share of the reach of the nearest lamp
     bool clipped;
+  };
+  /// Of a sample under some parameters; variance 0 where there are none yet.
+  struct State {
+    double residual = 0.0, variance = 0.0;
+    double noise_share = 1.0;  // of the variance
+    double weight = 0.0;       // in the information
   };
   struct Sum {
     Matrix information;
@@ -143,6 +148,7 @@ class LampFitter {
                double& backdrop) const;
   Sum add_up(const FrameLight& light);
   Vector step(const Sum& sum, double damping) const;
+  Matrix covariance(const Matrix& inverse) const;
   bool climb(const FrameLight& light, std::span<const LampGuess> guesses, Sum& sum);
   void judge(std::span<const LampGuess> guesses);
   bool fit_background(const FrameLight& light, std::span<const LampGuess> guesses,
@@ -156,7 +162,8 @@ class LampFitter {
   std::vector<std::vector<Smear>> smears_;  // of each lamp
   std::vector<double> reach_px_;
   std::vector<Sample> samples_;
-  std::vector<double> trial_variance_, trial_noise_, lights_;
+  std::vector<State> states_, trial_states_;  // under the accepted parameters, and those tried
+  std::vector<double> lights_;
   // Of each lamp ln flux, centre and, where it is not known, the disc's radius squared; background
   // as a polynomial of the place about the lamps' middle, in units of the first one's reach.
   Vector parameters_;

@@ -106,6 +106,7 @@ void LampMeter::start(const FrameLight& light, std::size_t k, const Peak& peak,
     if (now.looks > 0) {
       now.first_attempt = std::max(0, same->attempt - 1);
       guess.radius_px = same->lamp.radius_px;
+      guess.flux = same->lamp.flux;
     }
     return;
   }
@@ -156,6 +157,7 @@ bool LampMeter::fit_group(const FrameLight& light, std::size_t group,
     now.lamp.radius_px = lamp.radius_px;
     now.lamp.flux = lamp.flux;
     starts_[members_[i]].radius_px = lamp.radius_px;
+    starts_[members_[i]].flux = lamp.flux;
     if (fit.bad_fit) continue;
     if (lamp.flux_sigma < kLeastKnown * lamp.flux)
       seen.lamp = LampLight{lamp.flux, lamp.flux_sigma, lamp.radius_px, lamp.radius_sigma_px};

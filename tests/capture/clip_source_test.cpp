@@ -46,6 +46,7 @@ TEST(ClipSource, LosslessLumaIsExactAndOutlivesTheSource) {
   {
     ClipSource source(spec.path);
     EXPECT_EQ(source.info().codec, "ffv1");
+    EXPECT_TRUE(source.info().lossless);
     EXPECT_EQ(source.info().width_px, 37);
     EXPECT_EQ(source.info().height_px, 29);
     EXPECT_DOUBLE_EQ(source.info().nominal_frame_rate_hz, 25.0);
