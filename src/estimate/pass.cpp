@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <stdexcept>
 
@@ -15,18 +14,35 @@
 namespace vildar {
 namespace {
 
-// Without a camera the lane is not seen: the nearest one whose headlamps face the photodiode.
-const LaneSite* nearest_oncoming(const RoadSite& road, double receiver_y_m) {
-  const LaneSite* nearest = nullptr;
-  double least_m = std::numeric_limits<double>::infinity();
+// Where a vehicle drives, as far as that is known without a camera.
+struct Abreast {
+  std::vector<const LaneSite*> lanes;  // it may be in any of these
+  Uncertain lateral_m;
+
+  // The one lane, if there is one.
+  const LaneSite* lane() const { return lanes.size() == 1 ? lanes.front() : nullptr; }
+};
+
+// Any lane whose headlamps face the photodiode, all alike likely: how far to the side it drives,
+// taken to the side of the first.
+Abreast abreast_of(const RoadSite& road, double receiver_y_m) {
+  Abreast found;
+  double sum_m = 0.0, square_m2 = 0.0;
   for (const LaneSite& lane : road.lanes) {
-    const double apart_m = std::abs(lane.lateral_m.mean - receiver_y_m);
-    if (lane.direction == Direction::oncoming && apart_m < least_m) {
-      least_m = apart_m;
-      nearest = &lane;
-    }
+    if (lane.direction != Direction::oncoming) continue;
+    found.lanes.push_back(&lane);
+    const Uncertain lateral_m = lane_prior_m(lane);
+    const double apart_m = std::abs(lateral_m.mean - receiver_y_m);
+    sum_m += apart_m;
+    square_m2 += apart_m * apart_m + lateral_m.std * lateral_m.std;
   }
-  return nearest;
+  if (found.lanes.empty()) return found;
+  const auto n = static_cast<double>(found.lanes.size());
+  const double mean_m = sum_m / n;
+  const bool right = found.lanes.front()->lateral_m.mean < receiver_y_m;
+  found.lateral_m = {receiver_y_m + (right ? -mean_m : mean_m),
+                     std::sqrt(std::max(0.0, square_m2 / n - mean_m * mean_m))};
+  return found;
 }
 
 double peak_w(const PowerTrace& trace, const PowerPass& pass) {
@@ -80,13 +96,42 @@ void keep_own_light(PowerSeries& series, double others_w) {
   series.background_std_w = std::hypot(series.background_std_w, others_w);
 }
 
+// Whether single samples scatter about a smooth rise by more than noise and a twentieth of the
+// light: as those of lamps do that pulse, whose slow aliases then bend the rise unseen.
+bool pulses(const PowerTrace& trace, const PowerPass& pass) {
+  constexpr double kLeastShare = 0.05, kTimesNoise = 2.0, kBeforePeak_s = 0.02;
+  constexpr double kBrightest = 0.25;  // of the time up to the peak
+  constexpr std::size_t kEdges = 6;    // bends of a lamp that passes another photodiode
+  constexpr std::size_t kFewest = 4 * kEdges;
+  const auto sample_at = [&](double time_s) {
+    return static_cast<std::size_t>(
+        std::lower_bound(trace.time_s.begin(), trace.time_s.end(), time_s) - trace.time_s.begin());
+  };
+  const std::size_t first = sample_at(pass.peak_s - kBrightest * (pass.peak_s - pass.from_s));
+  const std::size_t last = sample_at(pass.peak_s - kBeforePeak_s);
+  if (last < first + kFewest) return false;
+  double sum_w = 0.0;
+  std::vector<double> bends_w2;
+  const auto light_w = [&](std::size_t i) { return trace.power_w[i] - trace.ambient_w; };
+  for (std::size_t i = first + 2; i < last; ++i) {
+    const double bend_w = light_w(i) - 2.0 * light_w(i - 1) + light_w(i - 2);
+    bends_w2.push_back(bend_w * bend_w / 6.0);  // of white noise: its variance
+    sum_w += light_w(i);
+  }
+  std::sort(bends_w2.begin(), bends_w2.end());
+  const double mean_w = sum_w / static_cast<double>(bends_w2.size());
+  bends_w2.resize(bends_w2.size() - kEdges);
+  double square_w2 = 0.0;
+  for (const double bend_w2 : bends_w2) square_w2 += bend_w2 / static_cast<double>(bends_w2.size());
+  return std::sqrt(square_w2) > std::max(kLeastShare * mean_w, kTimesNoise * trace.noise_sigma_w);
+}
+
 Outcome<PassLight> light_of_pass(const PowerPass& pass, const Site& site, const PowerTrace& trace,
-                                 const LaneSite* lane) {
+                                 const Abreast& abreast) {
   constexpr double kShortest_s = 0.1;
-  if (!lane) return Miss::no_scale;
-  const auto place = place_of(*lane, site);
-  if (!place) return Miss::no_scale;
-  const auto known = photodiode_case(site, trace.photodiode, *place);
+  if (abreast.lanes.empty() || !site.lamps.height_m) return Miss::no_scale;
+  const auto known =
+      photodiode_case(site, trace.photodiode, {abreast.lateral_m, *site.lamps.height_m});
   if (const Miss* miss = std::get_if<Miss>(&known)) return *miss;
   PassLight light;
   light.known = std::get<PowerCase>(known);
@@ -130,13 +175,27 @@ Found power_method(Method method, const Outcome<PassLight>& light,
   return found;
 }
 
+// Another vehicle's light draws the delay towards that one's speed, by its share of the light; of
+// the rise that share is about twice what it is of the peak.
+void widen_for_others(double share, SpeedEstimate& speed) {
+  constexpr double kOtherSpeeds = 0.15;  // by which the speeds of neighbours differ, one sigma
+  constexpr double kOfRise = 2.0;
+  constexpr double kTwoSided95 = 1.959963984540054;
+  speed.std_mps = std::hypot(speed.std_mps, kOtherSpeeds * kOfRise * share * speed.speed_mps);
+  const double log_std = speed.std_mps / speed.speed_mps;
+  speed.lo95_mps = speed.speed_mps * std::exp(-kTwoSided95 * log_std);
+  speed.hi95_mps = speed.speed_mps * std::exp(kTwoSided95 * log_std);
+}
+
 Found delay_method(const PowerPass& pass, const Site& site, std::span<const PowerTrace> traces,
-                   double offset_s) {
+                   double brightest_w, double offset_s) {
   std::vector<const PowerTrace*> all;
   for (const PowerTrace& trace : traces) all.push_back(&trace);
   const auto outcome = delay_speed(site, all, pass.from_s + offset_s, pass.to_s + offset_s);
   Found found{delay_row(outcome), {}, {}, {}};
   if (const auto* fit = std::get_if<DelayFit>(&outcome)) {
+    if (pass.others_w > 0.0)
+      widen_for_others(pass.others_w / brightest_w, std::get<SpeedEstimate>(found.row.speed));
     found.acceleration_mps2 = fit->acceleration_mps2;
     found.chi2_per_dof = fit->chi2_per_dof;
   }
@@ -197,7 +256,8 @@ VehicleResult estimate_pass(const PowerPass& pass, int pass_number, const Site& 
   if (traces.empty()) throw std::invalid_argument("estimate_pass: no photodiode trace given");
   const PowerTrace& trace = brightest(traces, pass);
   const PhotodiodeSite& receiver = site.photodiodes.at(static_cast<std::size_t>(trace.photodiode));
-  const LaneSite* lane = nearest_oncoming(site.road, receiver.position_m[1].mean);
+  const Abreast abreast = abreast_of(site.road, receiver.position_m[1].mean);
+  const LaneSite* lane = abreast.lane();
   const double offset_s = receiver.time_offset_s.mean;
   VehicleResult result;
   result.track_id = pass_number;
@@ -206,12 +266,21 @@ VehicleResult estimate_pass(const PowerPass& pass, int pass_number, const Site& 
   result.used_photodiode = true;
   if (lane) result.lane = lane->id;
   const bool curved = site.road.kind == RoadKind::curved;
-  const auto light = light_of_pass(pass, site, trace, lane);
+  const bool pulsed = pulses(trace, pass);
+  if (pulsed)
+    result.warnings.push_back(
+        "the light jumps from sample to sample, as of lamps that pulse: at this rate its mean "
+        "cannot be trusted; sample at 10 kHz or more, or integrate over each sample");
+  const auto light =
+      pulsed ? Outcome<PassLight>(Miss::outside_model) : light_of_pass(pass, site, trace, abreast);
   std::vector<Found> methods{
       power_method(curved ? Method::curved_angle_photodiode : Method::power_slope_photodiode, light,
                    power_speed),
       power_method(Method::ml_photodiode, light, ml_speed)};
-  if (traces.size() > 1) methods.push_back(delay_method(pass, site, traces, offset_s));
+  if (traces.size() > 1)
+    methods.push_back(
+        pulsed ? Found{{Method::delay_photodiodes, Miss::outside_model, 0, ""}, {}, {}, {}}
+               : delay_method(pass, site, traces, peak_w(trace, pass), offset_s));
   stand_by_surest(methods, result);
   constexpr double kOthersMatter = 0.01;  // of the brightest light
   const bool of_the_site =

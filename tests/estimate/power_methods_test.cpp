@@ -185,6 +185,23 @@ TEST(Pass, IsWithheldWhereGainAndLaneAreTooVague) {
   EXPECT_TRUE(std::holds_alternative<SpeedEstimate>(result.methods.front().speed));
 }
 
+TEST(Pass, AnyOfSeveralLanesLiesInItsInterval) {
+  Site site = diode_site();
+  site.road.lanes.push_back({"far", {-7.5, 0.05}, 3.5, Direction::oncoming});
+  for (const double lateral_m : {-4.0, -7.5}) {
+    Vehicle vehicle = kTypical;
+    vehicle.lateral_m = lateral_m;
+    Random random(1);
+    const PowerTrace trace = trace_of(vehicle, site, matching_diode(), random);
+    const VehicleResult result = estimate_pass({-0.5, 2.5, 2.4}, 1, site, {&trace, 1});
+    ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
+    EXPECT_LE(result.speed.lo95_mps, 20.0);
+    EXPECT_GE(result.speed.hi95_mps, 20.0);
+    EXPECT_EQ(result.lane, "");
+    EXPECT_FALSE(result.lateral_m);
+  }
+}
+
 TEST(Pass, WithoutAGainOtherVehiclesAreNotToBlame) {
   Site site = diode_site();
   site.channel->gain_db.reset();
@@ -194,6 +211,23 @@ TEST(Pass, WithoutAGainOtherVehiclesAreNotToBlame) {
   pass.others_w = 0.02 * *std::max_element(trace.power_w.begin(), trace.power_w.end());
   const VehicleResult result = estimate_pass(pass, 1, site, {&trace, 1});
   EXPECT_EQ(result.withheld, Miss::no_scale);
+}
+
+TEST(Pass, IsWithheldWhereTheLampsPulseFasterThanTheSamplesFollow) {
+  const Site site = diode_site();
+  Random random(1);
+  PowerTrace trace = trace_of(kTypical, site, matching_diode(), random);
+  constexpr double kPulses_hz = 437.0, kDuty = 0.5;
+  for (std::size_t i = 0; i < trace.time_s.size(); ++i) {
+    const double turns = kPulses_hz * trace.time_s[i];
+    const double light_w = trace.power_w[i] - trace.ambient_w;
+    const double lit = turns - std::floor(turns) < kDuty ? 1.0 / kDuty : 0.0;
+    trace.power_w[i] = static_cast<float>(trace.ambient_w + lit * light_w);
+  }
+  const VehicleResult result = estimate_pass({-0.5, 2.5, 2.4}, 1, site, {&trace, 1});
+  EXPECT_EQ(result.withheld, Miss::outside_model);
+  ASSERT_EQ(result.warnings.size(), 1U);
+  EXPECT_NE(result.warnings[0].find("pulse"), std::string::npos);
 }
 
 TEST(Pass, OnACurveUsesTheArcAngle) {
