@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "detect/detector.h"
+#include "estimate/steady_view.h"
 #include "estimate/vehicle.h"
 #include "optics/response.h"
 #include "pipelines/interrupt.h"
@@ -82,11 +83,17 @@ class Measuring {
         tracks_(tracks),
         measurement_(measurement) {}
 
-  void take(std::vector<VehicleTrack> ended) {
+  void take(std::vector<VehicleTrack> ended, const Tracker& tracker) {
     for (VehicleTrack& track : ended) {
-      if (!traces_.empty() && track.kind == LampKind::headlamp)
-        lit_.push_back(lit_vehicle(track, site_));
-      waiting_.push_back(std::move(track));
+      std::vector<std::optional<CameraTurn>> turns;
+      for (const VehicleSighting& sighting : track.sightings)
+        turns.push_back(tracker.turn_in(sighting.frame));
+      std::optional<SteadyView> steady = steady_view(track, turns, site_);
+      Ended one{std::move(track), std::move(steady)};
+      if (!traces_.empty() && one.track.kind == LampKind::headlamp)
+        lit_.push_back(one.steady ? lit_vehicle(one.steady->track, one.steady->site)
+                                  : lit_vehicle(one.track, site_));
+      waiting_.push_back(std::move(one));
     }
   }
 
@@ -95,24 +102,41 @@ class Measuring {
   /// none has to wait.
   void measure_before(double live_since_s) {
     const auto ready =
-        std::stable_partition(waiting_.begin(), waiting_.end(), [&](const VehicleTrack& track) {
-          return !traces_.empty() && interval_of(track).to_s >= live_since_s;
+        std::stable_partition(waiting_.begin(), waiting_.end(), [&](const Ended& one) {
+          return !traces_.empty() && interval_of(one.track).to_s >= live_since_s;
         });
-    std::for_each(ready, waiting_.end(), [&](const VehicleTrack& track) { measure(track); });
+    std::for_each(ready, waiting_.end(), [&](const Ended& one) { measure(one); });
     waiting_.erase(ready, waiting_.end());
     double needed_since_s = live_since_s;
-    for (const VehicleTrack& track : waiting_)
-      needed_since_s = std::min(needed_since_s, interval_of(track).from_s);
+    for (const Ended& one : waiting_)
+      needed_since_s = std::min(needed_since_s, interval_of(one.track).from_s);
     std::erase_if(lit_, [&](const LitVehicle& lit) { return lit.past_s < needed_since_s; });
   }
 
  private:
-  void measure(const VehicleTrack& track) {
+  /// A vehicle that ended, and as a camera at rest would have seen it where this one shakes.
+  struct Ended {
+    VehicleTrack track;
+    std::optional<SteadyView> steady;
+  };
+
+  VehicleEstimate estimate_of(const Ended& one, std::span<const VehiclePower> power) const {
+    if (!one.steady) return estimate_vehicle(one.track, site_, power);
+    VehicleEstimate estimate = estimate_vehicle(one.steady->track, one.steady->site, power);
+    // The lights may have misled: a vehicle that is not explained so may be as it was seen.
+    if (estimate.result.withheld) return estimate_vehicle(one.track, site_, power);
+    for (std::size_t i = 0; i < estimate.rows.size(); ++i)
+      estimate.rows[i].sighting = one.track.sightings[i];  // where the image shows them
+    return estimate;
+  }
+
+  void measure(const Ended& one) {
+    const VehicleTrack& track = one.track;
     OfferedPower offered;
     const auto own = std::ranges::find(lit_, track.id, &LitVehicle::track_id);
     if (own != lit_.end())
       offered = offer_power(lit_, static_cast<std::size_t>(own - lit_.begin()), site_, traces_);
-    VehicleEstimate estimate = estimate_vehicle(track, site_, offered.power);
+    VehicleEstimate estimate = estimate_of(one, offered.power);
     if (offered.unexplained)
       estimate.result.warnings.push_back(
           "the photodiodes receive light that none of the vehicles in view explains, so the power "
@@ -130,7 +154,7 @@ class Measuring {
   std::span<const PowerTrace> traces_;
   TracksWriter& tracks_;
   ClipMeasurement& measurement_;
-  std::vector<VehicleTrack> waiting_;
+  std::vector<Ended> waiting_;
   std::vector<LitVehicle> lit_;
 };
 
@@ -158,7 +182,7 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
     std::vector<VehicleTrack> ended = tracker.update(found);
     timer.charge("track");
     if (!ended.empty()) {
-      measuring.take(std::move(ended));
+      measuring.take(std::move(ended), tracker);
       const auto live_since = tracker.live_since();
       measuring.measure_before(live_since ? seconds_of(*live_since) : kForever);
       timer.charge("estimate");
@@ -170,7 +194,7 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
     progress.update(frame->index + 1);
   }
   timer.charge("decode");
-  measuring.take(tracker.finish());
+  measuring.take(tracker.finish(), tracker);
   measuring.measure_before(kForever);
   timer.charge("estimate");
 

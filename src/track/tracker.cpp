@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 
 #include "track/association.h"
+#include "track/attitude.h"
 #include "track/look_alikes.h"
 #include "track/pairing.h"
 #include "track/spots.h"
@@ -32,11 +34,13 @@ class Tracker::Impl {
       : options_(options),
         view_(site),
         pairing_(view_),
+        attitude_(view_.focal_px()),
         reach_px_(kReachShare * site.camera->width_px) {}
 
   std::vector<VehicleTrack> update(BlobFrame& frame);
   std::vector<VehicleTrack> finish();
   const TrackCounts& counts() const { return counts_; }
+  std::optional<CameraTurn> turn_in(std::int64_t frame) const { return attitude_.at(frame); }
   std::optional<CameraTime> live_since() const;
 
  private:
@@ -44,6 +48,7 @@ class Tracker::Impl {
 
   void follow(const std::vector<Spot>& spots, const BlobFrame& frame);
   void learn_strength();
+  void find_turn(std::int64_t frame);
   void bear(const std::vector<Spot>& spots, const Association& found, const BlobFrame& frame);
   void mark_split_records();
   void drop_doubtful_past(Lamp& lamp);
@@ -58,10 +63,13 @@ class Tracker::Impl {
   TrackOptions options_;
   RoadView view_;
   Pairing pairing_;
+  Attitude attitude_;
   double reach_px_;
   Lamps lamps_;
   Vehicles vehicles_;
-  std::vector<std::pair<int, Lamp*>> seen_;  // spot, lamp
+  std::vector<std::pair<int, Lamp*>> seen_;        // spot, lamp
+  std::map<const Lamp*, std::uint64_t> standing_;  ///< lights that the attitude goes by
+  std::uint64_t next_standing_ = 0;
   LightScale lights_;
   TrackCounts counts_;
   int reported_ = 0;
@@ -87,10 +95,39 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
   pairing_.update(lamps_, vehicles_, frame.frame, frame.time);
   mark_split_records();
   learn_strength();
+  if (!view_.moving_sensor()) find_turn(frame.frame);
   std::vector<VehicleTrack> ended;
   end_lost(frame, ended);
   name_kinds(frame, spots);
   return ended;
+}
+
+// Lights that stand in the world, well above the road or for long enough, show how the camera
+// turns.
+void Tracker::Impl::find_turn(std::int64_t frame) {
+  constexpr double kLong_s = 4.0, kAboveShare = 0.5;
+  std::int64_t oldest = frame;
+  for (const auto& lamp : lamps_) {
+    const bool stands = lamp->fixed && !lamp->vehicle &&
+                        (lamp->above.share() > kAboveShare || lamp->lived_s() > kLong_s);
+    if (!stands) oldest = std::min(oldest, lamp->records.front().frame);
+    if (!stands || !lamp->seen_at(frame)) continue;
+    const auto [entry, is_new] = standing_.try_emplace(lamp.get(), next_standing_);
+    next_standing_ += is_new;
+    std::vector<StaticSighting> sightings;
+    for (auto record = is_new ? lamp->records.begin() : lamp->records.end() - 1;
+         record != lamp->records.end(); ++record)
+      if (!has(record->sighting.defects, Defect::merged) &&
+          !has(record->sighting.defects, Defect::cut_by_edge))
+        sightings.push_back(
+            {record->frame, record->at_px, record->sighting.centre_sigma_px.maxCoeff()});
+    attitude_.add(entry->second, sightings);
+  }
+  for (const auto& vehicle : vehicles_)
+    for (const auto* past : {&vehicle->past_left, &vehicle->past_right})
+      if (!past->empty()) oldest = std::min(oldest, past->front().frame);
+  attitude_.solve(frame);
+  attitude_.forget_before(oldest);
 }
 
 // A vehicle whose pair has held for a second or so shows how strong lamps are here.
@@ -269,6 +306,7 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
   }
   for (Lamp* lamp : lost) {
     pairing_.forget(lamp);
+    standing_.erase(lamp);
     Vehicle* vehicle = lamp->vehicle;
     if (!vehicle) {
       end_single(*lamp, ended);
@@ -378,6 +416,9 @@ Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 std::vector<VehicleTrack> Tracker::update(BlobFrame& blobs) { return impl_->update(blobs); }
 std::vector<VehicleTrack> Tracker::finish() { return impl_->finish(); }
 std::optional<CameraTime> Tracker::live_since() const { return impl_->live_since(); }
+std::optional<CameraTurn> Tracker::turn_in(std::int64_t frame) const {
+  return impl_->turn_in(frame);
+}
 const TrackCounts& Tracker::counts() const { return impl_->counts(); }
 
 }  // namespace vildar

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "types/blob.h"
+#include "types/camera_turn.h"
 #include "types/site.h"
 #include "types/vehicle_track.h"
 
@@ -55,6 +56,11 @@ class Tracker {
   std::vector<VehicleTrack> finish();
 
   const TrackCounts& counts() const;
+
+  /// How the camera was turned in a frame, from the lights that stand in the world; of a vehicle's
+  /// frames it is to be asked before the next update. Nothing from a moving sensor, where no light
+  /// stands, and where the camera moves less than the lights can tell.
+  std::optional<CameraTurn> turn_in(std::int64_t frame) const;
 
   /// First sighting of the oldest light still followed that may yet be reported as a vehicle: later
   /// tracks begin no earlier. Lights that stand in the world do not count. Nothing where none is

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace vildar {
+
+/// How a camera that should stand still was turned in one frame from its mean pose.
+struct CameraTurn {
+  /// About the camera's axes (right, down, forward): what lies at x when it stands still is seen at
+  /// x - rotation x x, to first order.
+  Eigen::Vector3d rotation_rad = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  /// Of the mean pose itself, about the same axes: an error that all frames share.
+  Eigen::Vector3d mean_std_rad = Eigen::Vector3d::Zero();
+};
+
+/// Movement of an undistorted image place (x/z, y/z) per radian of rotation_rad.
+inline Eigen::Matrix<double, 2, 3> turn_effect(const Eigen::Vector2d& place) {
+  const double x = place.x(), y = place.y();
+  Eigen::Matrix<double, 2, 3> effect;
+  effect << x * y, -(1.0 + x * x), y, 1.0 + y * y, -x * y, -x;
+  return effect;
+}
+
+}  // namespace vildar
