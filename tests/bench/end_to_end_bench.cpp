@@ -1,5 +1,5 @@
-// The whole of `vildar run` on a 1080p H.264 clip with up to four vehicles, against plain decoding
-// of the same clip with libavcodec and the same number of threads, turn by turn in one run.
+// The whole of `vildar run` on rendered clips, against plain decoding of the same clip with
+// libavcodec and the same number of threads, turn by turn in one run.
 #include <ctime>
 #include <filesystem>
 
@@ -24,14 +24,48 @@ double cpu_s() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// Rendered once per process, removed at its end.
+struct Kind {
+  int vehicles = 2;         // two lamps each
+  double brightness = 1.0;  // of all lamps; 1: they clip
+  double size = 1.0;        // of 1920 x 1080
+  ClipCodec codec = ClipCodec::h264;
+};
+
+Scenario scenario_of(const Kind& kind) {
+  Scenario scenario =
+      load_scenario(fs::path(VILDAR_SOURCE_DIR) / "tests/bench/four_vehicles_1080p.yaml");
+  const std::size_t given = scenario.vehicles.size(),
+                    wanted = static_cast<std::size_t>(kind.vehicles);
+  for (std::size_t i = given; i < wanted; ++i) {
+    VehicleScene behind = scenario.vehicles[i - given];
+    behind.id += "2";
+    behind.along_at_zero_m += 22.0;
+    scenario.vehicles.push_back(behind);
+  }
+  scenario.vehicles.resize(wanted);
+  for (VehicleScene& vehicle : scenario.vehicles) vehicle.intensity_cd *= kind.brightness;
+  CameraSite& camera = *scenario.site.camera;
+  camera.width_px = static_cast<int>(camera.width_px * kind.size);
+  camera.height_px = static_cast<int>(camera.height_px * kind.size);
+  for (double& focal_px : camera.focal_px) focal_px *= kind.size;
+  for (double& middle_px : camera.principal_px) middle_px = (middle_px + 0.5) * kind.size - 0.5;
+  scenario.encoder.codec = kind.codec;
+  scenario.encoder.bitrate_bps = static_cast<int>(7e6 * kind.size * kind.size);
+  if (kind.codec == ClipCodec::mjpeg) scenario.encoder.bitrate_bps.reset();
+  return scenario;
+}
+
+// Removed when the benchmark ends.
 struct Clip {
-  Clip() : folder(fs::temp_directory_path() / ("vildar_bench_" + std::to_string(::getpid()))) {
-    render(load_scenario(fs::path(VILDAR_SOURCE_DIR) / "tests/bench/four_vehicles_1080p.yaml"),
-           folder, {});
+  explicit Clip(const Kind& kind)
+      : folder(fs::temp_directory_path() / ("vildar_bench_" + std::to_string(::getpid()))) {
+    const Scenario scenario = scenario_of(kind);
+    render(scenario, folder, {});
+    for (const auto& entry : fs::directory_iterator(folder))
+      if (entry.path().stem() == "clip") file = entry.path();
   }
   ~Clip() { fs::remove_all(folder); }
-  fs::path folder;
+  fs::path folder, file;
 };
 
 std::int64_t decode_plainly(const fs::path& file) {
@@ -63,10 +97,10 @@ std::int64_t decode_plainly(const fs::path& file) {
   return frames;
 }
 
-void run_against_decoding(benchmark::State& state, bool fast) {
-  static const Clip clip;
+void run_against_decoding(benchmark::State& state, Kind kind, bool fast) {
+  const Clip clip(kind);
   RunOptions options;
-  options.clip = clip.folder / "clip.mp4";
+  options.clip = clip.file;
   options.site = clip.folder / "site.yaml";
   options.out = clip.folder / "out";
   options.clip_options.skip_loop_filter = fast;
@@ -84,8 +118,19 @@ void run_against_decoding(benchmark::State& state, bool fast) {
   state.counters["run_ms_per_frame"] = 1e3 * run_s / static_cast<double>(frames);
   state.counters["decode_over_run"] = decode_s / run_s;
 }
-BENCHMARK_CAPTURE(run_against_decoding, full, false)->Unit(benchmark::kSecond)->Iterations(5);
-BENCHMARK_CAPTURE(run_against_decoding, fast, true)->Unit(benchmark::kSecond)->Iterations(5);
+#define VILDAR_RUN(name, ...)                                \
+  BENCHMARK_CAPTURE(run_against_decoding, name, __VA_ARGS__) \
+      ->Unit(benchmark::kSecond)                             \
+      ->Iterations(5)
+VILDAR_RUN(lamps_4, Kind{}, false);
+VILDAR_RUN(lamps_4_fast, Kind{}, true);
+VILDAR_RUN(lamps_12_unclipped, (Kind{6, 0.002}), false);
+VILDAR_RUN(lamps_12_clipped, (Kind{6}), false);
+VILDAR_RUN(lamps_12_clipped_fast, (Kind{6}), true);
+VILDAR_RUN(size_720p, (Kind{2, 1.0, 2.0 / 3.0}), false);
+VILDAR_RUN(size_4k, (Kind{2, 1.0, 2.0}), false);
+VILDAR_RUN(hevc, (Kind{2, 1.0, 1.0, ClipCodec::h265}), false);
+VILDAR_RUN(mjpeg, (Kind{2, 1.0, 1.0, ClipCodec::mjpeg}), false);
 
 }  // namespace
 }  // namespace vildar
