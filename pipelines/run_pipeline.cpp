@@ -64,7 +64,8 @@ void append(std::vector<std::string>& to, const std::vector<std::string>& from) 
   to.insert(to.end(), from.begin(), from.end());
 }
 
-void describe_clip(const ClipMeasurement& measurement, RunSummary& summary) {
+void describe_clip(const RunOptions& options, const Site& site, const ClipMeasurement& measurement,
+                   RunSummary& summary) {
   const ClipInfo& info = measurement.info;
   summary.clip = ClipSummary{
       info.container, info.codec,        info.pixel_format,          info.width_px,
@@ -84,6 +85,10 @@ void describe_clip(const ClipMeasurement& measurement, RunSummary& summary) {
   summary.counts["short_tracks"] = measurement.track_counts.short_tracks;
   summary.timings_s.insert(measurement.timings_s.begin(), measurement.timings_s.end());
   append(summary.warnings, counts.warnings);
+  if (site.camera->psf && !info.lossless)
+    summary.warnings.push_back(options.clip->string() + ": camera.psf is not used, " + info.codec +
+                               " reshapes the rims of lamps; record with a lossless codec (FFV1) "
+                               "to have the light of lamps that clip");
   summary.damaged |= counts.damaged();
 }
 
@@ -157,7 +162,7 @@ RunOutcome run_pipeline(const RunOptions& options) {
     if (options.blobs) blobs.emplace(options.out / "blobs.csv");
     ClipMeasurement measurement =
         measure_clip(clip, options, site, traces, tracks, blobs ? &*blobs : nullptr);
-    describe_clip(measurement, summary);
+    describe_clip(options, site, measurement, summary);
     add_passes(options, site, traces, measurement, summary);
     if (options.annotate) annotate_clip(options, measurement);
     outcome.vehicles = std::move(measurement.vehicles);
