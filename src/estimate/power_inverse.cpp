@@ -28,11 +28,10 @@ std::vector<double> places(double least_w, double most_w, const PowerVector& p,
   const double farthest_m =
       setting.curved ? setting.straight_m + kPi * p[kPowerRadius] : 1.05 * on_axis_m(least_w);
   const double nearest_m = kNearest * on_axis_m(most_w);
-  std::vector<double> along_m(kCount);
-  for (int i = 0; i < kCount; ++i)
-    along_m[static_cast<std::size_t>(i)] =
-        farthest_m *
-        std::pow(std::min(0.5, nearest_m / farthest_m), static_cast<double>(i) / (kCount - 1));
+  const double ratio =
+      std::pow(std::min(0.5, nearest_m / farthest_m), 1.0 / static_cast<double>(kCount - 1));
+  std::vector<double> along_m(kCount, farthest_m);
+  for (std::size_t i = 1; i < along_m.size(); ++i) along_m[i] = ratio * along_m[i - 1];
   return along_m;
 }
 

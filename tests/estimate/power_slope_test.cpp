@@ -48,6 +48,32 @@ TEST(PowerSlope, IsExactWithoutNoise) {
   EXPECT_EQ(fit.samples_outside, 0);
 }
 
+TEST(PowerSlope, LeavesOutSamplesOfNoUseWhereverTheyAre) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Random random(5);
+  for (int length = 40; length < 60; ++length) {
+    Samples samples = first_window(length * 1e-3, 0.0, random);
+    int useless = 0;
+    for (std::size_t i = 0; i < samples.time_s.size(); ++i) {
+      if (random.uniform() > 0.4) continue;
+      ++useless;
+      switch (useless % 6) {
+        case 0: samples.power_w[i] = kNaN; break;
+        case 1: samples.power_w[i] = kInfinity; break;
+        case 2: samples.power_w[i] = -1.0; break;
+        case 3: samples.power_w[i] = 1e-320; break;   // farther than any number
+        case 4: samples.power_w[i] = 1e3; break;      // nearer than d
+        default: samples.time_s[i] = kNaN;
+      }
+    }
+    const PowerSlopeFit fit = fitted(samples);
+    EXPECT_NEAR(fit.speed_mps, kSpeed_mps, 1e-8) << length;
+    EXPECT_EQ(fit.samples_used, length - useless);
+    EXPECT_EQ(fit.samples_outside, useless);
+  }
+}
+
 TEST(PowerSlope, ScaleOfSpeedFollowsTheGain) {
   // d = 0: P -> c P reads every distance c^(-1/gamma) times as long.
   Samples samples;
