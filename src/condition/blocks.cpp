@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "condition/condition.h"
+#include "condition/stamps.h"
 
 namespace vildar {
 namespace {
@@ -72,13 +73,14 @@ std::vector<PowerBlock> block_means(const PowerTrace& trace, double from_s, doub
   std::vector<PowerBlock> blocks;
   const auto begin = trace.time_s.begin();
   auto at = std::lower_bound(begin, trace.time_s.end(), from_s);
+  const std::ptrdiff_t usual = usual_samples(trace, block_s);
   const double half_full = 0.5 * block_s / std::max(trace.sample_period_s, 1e-12);
   while (at != trace.time_s.end() && *at < to_s) {
     // Counted from from_s, not added up, so that long traces do not drift; gaps are skipped at
     // once.
     const double index = std::floor((*at - from_s) / block_s + kEdge);
     const double block_end_s = std::min(from_s + (index + 1.0 - kEdge) * block_s, to_s);
-    auto end = std::lower_bound(at, trace.time_s.end(), block_end_s);
+    auto end = first_not_before(at, trace.time_s.end(), block_end_s, usual);
     if (end == at) ++end;
     const Run run = longest_unbroken(
         trace, {static_cast<std::size_t>(at - begin), static_cast<std::size_t>(end - begin)});

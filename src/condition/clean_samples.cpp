@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Core>
+
 namespace vildar {
 namespace {
 
@@ -52,24 +54,30 @@ Rails rails_of(const std::vector<float>& values, PowerQuantity quantity,
   return {.low = -rail, .high = rail, .known = true};
 }
 
-/// Least and greatest value.
-std::pair<float, float> ends_of(const std::vector<float>& values) {
-  float low = values.front(), high = values.front();
-  for (const float value : values) {
-    low = std::min(low, value);
-    high = std::max(high, value);
-  }
-  return {low, high};
+/// Whether `holds(first, last)` for all of [0, count), a stretch at a time: within one there is no
+/// branch, so that the compiler makes vectors of it.
+template <class Holds>
+bool holds_throughout(std::size_t count, Holds holds) {
+  constexpr std::size_t kStretch = 1024;
+  for (std::size_t first = 0; first < count; first += kStretch)
+    if (!holds(first, std::min(first + kStretch, count))) return false;
+  return true;
 }
 
 /// Share of the samples between the ends that equal their neighbour: how much the converter hides.
 double share_of_equals(const std::vector<float>& values, float lowest, float highest) {
-  std::size_t equal = 0, all = 0;
-  for (std::size_t i = 1; i < values.size(); ++i) {
-    const std::size_t inner = values[i] != lowest && values[i] != highest ? 1 : 0;
-    equal += values[i] == values[i - 1] ? inner : 0;
-    all += inner;
-  }
+  std::int64_t equal = 0, all = 0;
+  holds_throughout(values.size() - 1, [&](std::size_t first, std::size_t last) {
+    std::int32_t equal_here = 0, all_here = 0;
+    for (std::size_t i = first; i < last; ++i) {
+      const std::int32_t inner = (values[i + 1] != lowest) & (values[i + 1] != highest);
+      equal_here += inner & (values[i + 1] == values[i]);
+      all_here += inner;
+    }
+    equal += equal_here;
+    all += all_here;
+    return true;
+  });
   return all > 0 ? static_cast<double>(equal) / static_cast<double>(all) : 1.0;
 }
 
@@ -78,25 +86,32 @@ struct Span {
   std::size_t first = 0, last = 0;
 };
 
-/// Runs of at least `least` samples for which `is_at_end` holds.
+/// Runs of at least `least` samples for which `is_at_end` holds. Such a run cannot miss every
+/// `least`-th sample, so only those are looked at.
 template <class AtEnd>
 void add_runs(const std::vector<float>& values, std::size_t least, AtEnd is_at_end,
               std::vector<Span>& runs) {
-  for (std::size_t i = 0; i < values.size(); ++i) {
+  std::size_t after_last = 0;
+  for (std::size_t i = least - 1; i < values.size(); i += least) {
     if (!is_at_end(values[i])) continue;
-    std::size_t end = i;
+    std::size_t first = i, end = i + 1;
+    while (first > after_last && is_at_end(values[first - 1])) --first;
     while (end < values.size() && is_at_end(values[end])) ++end;
-    if (end - i >= least) runs.push_back({i, end});
-    i = end;
+    if (end - first >= least) runs.push_back({first, end});
+    after_last = end;
+    i = end - 1;
   }
 }
 
 /// Runs of clipped samples, in order.
 std::vector<Span> clipped(const std::vector<float>& values, const Rails& rails) {
   std::vector<Span> runs;
-  add_runs(
-      values, 1, [&](float value) { return value <= rails.low || value >= rails.high; }, runs);
-  const auto [low, high] = ends_of(values);
+  const Eigen::Map<const Eigen::ArrayXf> array(values.data(),
+                                               static_cast<Eigen::Index>(values.size()));
+  const float low = array.minCoeff(), high = array.maxCoeff();
+  if (low <= rails.low || high >= rails.high)
+    add_runs(
+        values, 1, [&](float value) { return value <= rails.low || value >= rails.high; }, runs);
   if (rails.known || low == high) return runs;
   // As many equal samples in a row as chance gives in one trace of a thousand.
   constexpr double kLeastShare = 0.01, kMostShare = 0.97, kChance = 1e-3;
@@ -142,12 +157,32 @@ std::vector<std::size_t> increasing_selection(const std::vector<double>& time_s)
   return selected;
 }
 
+void keep_finite(CleanSamples& clean) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < clean.values.size(); ++i) {
+    const bool finite = std::isfinite(clean.values[i]) && std::isfinite(clean.time_s[i]);
+    clean.time_s[count] = clean.time_s[i];
+    clean.values[count] = clean.values[i];
+    count += finite ? 1 : 0;
+  }
+  clean.rejected["not_a_number"] = static_cast<std::int64_t>(clean.values.size() - count);
+  clean.time_s.resize(count);
+  clean.values.resize(count);
+}
+
 void reject(CleanSamples& clean, const std::string& reason) { ++clean.rejected[reason]; }
 
 /// Keeps the longest increasing selection; the rest is counted.
 void put_in_order(CleanSamples& clean) {
   const auto& time_s = clean.time_s;
-  if (std::is_sorted(time_s.begin(), time_s.end(), std::less_equal<>())) return;
+  const bool increasing =
+      time_s.empty() ||
+      holds_throughout(time_s.size() - 1, [&](std::size_t first, std::size_t last) {
+        int falls = 0;
+        for (std::size_t i = first; i < last; ++i) falls |= !(time_s[i] < time_s[i + 1]);
+        return falls == 0;
+      });
+  if (increasing) return;
   const std::vector<std::size_t> selected = increasing_selection(time_s);
   std::vector<double> kept_s;
   std::vector<float> kept;
@@ -175,18 +210,17 @@ void put_in_order(CleanSamples& clean) {
 CleanSamples clean_samples(const std::vector<double>& time_s, const std::vector<float>& values,
                            PowerQuantity quantity, const PhotodiodeSite& photodiode) {
   CleanSamples finite;
-  finite.time_s.resize(values.size());
-  finite.values.resize(values.size());
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    finite.time_s[count] = time_s[i];
-    finite.values[count] = values[i];
-    count += std::isfinite(values[i]) && std::isfinite(time_s[i]) ? 1 : 0;
-  }
-  if (count < values.size())
-    finite.rejected["not_a_number"] = static_cast<std::int64_t>(values.size() - count);
-  finite.time_s.resize(count);
-  finite.values.resize(count);
+  finite.time_s.assign(time_s.begin(), time_s.begin() + static_cast<std::ptrdiff_t>(values.size()));
+  finite.values = values;
+  const bool all_finite = holds_throughout(values.size(), [&](std::size_t first, std::size_t last) {
+    constexpr float kMost = std::numeric_limits<float>::max();
+    constexpr double kMost_s = std::numeric_limits<double>::max();
+    int strange = 0;
+    for (std::size_t i = first; i < last; ++i) strange |= !(std::abs(values[i]) <= kMost);
+    for (std::size_t i = first; i < last; ++i) strange |= !(std::abs(time_s[i]) <= kMost_s);
+    return strange == 0;
+  });
+  if (!all_finite) keep_finite(finite);
   put_in_order(finite);
   if (finite.values.empty()) return finite;
 

@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 
+#include "condition/stamps.h"
 #include "core/quantity.h"
 
 namespace vildar {
@@ -66,17 +67,17 @@ double sampled_as_hz(double frequency_hz, double rate_hz) {
 LineBlocks::LineBlocks(const PowerTrace& trace) : trace_(trace) {
   const std::vector<double>& time_s = trace.time_s;
   const double expected = kBlock_s / trace.sample_period_s;
+  const std::ptrdiff_t usual = usual_samples(trace, kBlock_s);
   double step_sum_s = 0.0, steps = 0.0;
   for (std::size_t i = 0; i < time_s.size();) {
     const double index = std::floor((time_s[i] - time_s.front()) / kBlock_s + 1e-6);
     const double end_s = time_s.front() + (index + 1.0 - 1e-6) * kBlock_s;
     // Rounding of large times may put a block's first sample at its very end.
-    LineBlock block{i, i + 1, 0.0, false, false};
-    double sum_s = 0.0;
-    for (; block.last < time_s.size() && time_s[block.last] < end_s; ++block.last)
-      sum_s += time_s[block.last] - time_s[i];
-    const auto n = static_cast<double>(block.last - block.first);
-    block.time_s = time_s[i] + sum_s / n;
+    const auto from = time_s.begin() + static_cast<std::ptrdiff_t>(i);
+    const auto end = first_not_before(from + 1, time_s.end(), end_s, usual);
+    LineBlock block{i, i + static_cast<std::size_t>(end - from), 0.0, false, false};
+    const auto n = static_cast<double>(end - from);
+    block.time_s = *from + (Eigen::Map<const Eigen::ArrayXd>(&*from, end - from) - *from).mean();
     block.whole = n >= 8.0 && n > 0.9 * expected - 1.0;
     if (block.whole) {
       step_sum_s += time_s[block.last - 1] - time_s[block.first];
@@ -90,10 +91,13 @@ LineBlocks::LineBlocks(const PowerTrace& trace) : trace_(trace) {
   for (LineBlock& block : blocks_) {
     const double from_s =
         block.time_s - 0.5 * step_s_ * static_cast<double>(block.last - block.first - 1);
-    block.even = block.whole;
-    for (std::size_t i = block.first; block.even && i < block.last; ++i)
-      block.even = std::abs(time_s[i] - from_s - step_s_ * static_cast<double>(i - block.first)) <
-                   rounding_s;
+    if (!block.whole) continue;
+    const auto samples = static_cast<int>(block.last - block.first);
+    int off = 0;
+    for (int k = 0; k < samples; ++k)
+      off |= !(std::abs(time_s[block.first + static_cast<std::size_t>(k)] - from_s - step_s_ * k) <
+               rounding_s);
+    block.even = off == 0;
   }
 }
 

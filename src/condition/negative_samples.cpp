@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <vector>
 
+#include <Eigen/Core>
+
 namespace vildar {
 namespace {
 
@@ -21,7 +23,9 @@ double quantile_w(std::vector<float>& powers_w, double fraction) {
 std::int64_t drop_negative(PowerTrace& trace) {
   if (trace.power_w.empty()) return 0;
   const double noise_w = kNoiseSigmas * trace.noise_sigma_w;
-  const float least_w = *std::min_element(trace.power_w.begin(), trace.power_w.end());
+  const float least_w = Eigen::Map<const Eigen::ArrayXf>(
+                            trace.power_w.data(), static_cast<Eigen::Index>(trace.power_w.size()))
+                            .minCoeff();
   if (!(least_w < 0.0F && least_w < -noise_w)) return 0;
 
   // A flickering lamp's dark half lies within this spread: of a sine between its quantiles at 0.1
