@@ -11,6 +11,7 @@ void add_calibrate(CLI::App& program, int& exit_code) {
       "Example: vildar calibrate mount monday tuesday --site site.yaml --out site_learned.yaml");
   command->require_subcommand(1);
   add_calibrate_mount(*command, exit_code);
+  add_calibrate_psf(*command, exit_code);
 }
 
 }  // namespace vildar

@@ -89,15 +89,17 @@ struct Detector::State {
   RunGroups groups;
   PeakFinder finder;
   Photometer photometer;
+  std::vector<Measured>* lights = nullptr;  // of the last frame
   std::optional<LampMeter> lamp_meter;
 
   // Per code; rebuilt only when the plane's depth or range changes.
   LumaView tables_for;
   std::vector<float> linear, slope, sigma;
-  std::vector<float> signed_linear, rounding;  // with lamp_meter alone
+  std::vector<float> signed_linear, rounding;
   std::vector<int> half_code;
   double half_code_background = -1.0, sigma_noise_codes = -1.0;
 
+  std::optional<FrameLight> look(const Frame& frame);
   void prepare_fit_tables(const LumaView& luma);
   FrameLight frame_light(const LumaView& luma, const Levels& levels, int clip_code) const;
   void prepare_tables(const LumaView& luma, const Levels& levels);
@@ -151,7 +153,7 @@ void Detector::State::prepare_tables(const LumaView& luma, const Levels& levels)
     for (std::size_t code = 0; code <= last; ++code)
       slope[code] = 0.5f * (linear[std::min(code + 1, last)] - linear[code > 0 ? code - 1 : 0]);
     half_code_background = sigma_noise_codes = -1.0;
-    if (lamp_meter) prepare_fit_tables(luma);
+    prepare_fit_tables(luma);
   }
   if (sigma_noise_codes != levels.noise_codes) {
     sigma_noise_codes = levels.noise_codes;
@@ -225,43 +227,54 @@ Detector::~Detector() = default;
 Detector::Detector(Detector&&) noexcept = default;
 Detector& Detector::operator=(Detector&&) noexcept = default;
 
-BlobFrame Detector::detect(const Frame& frame) {
-  BlobFrame result{frame.index, frame.time, {}};
+std::optional<FrameLight> Detector::State::look(const Frame& frame) {
   const LumaView& luma = frame.luma;
-  if (luma.data == nullptr || luma.width_px <= 0 || luma.height_px <= 0) return result;
+  if (luma.data == nullptr || luma.width_px <= 0 || luma.height_px <= 0) return std::nullopt;
   check(frame);
-  State& state = *state_;
-  const Levels levels = state.level_meter.measure(luma, state.options);
-  find_runs(luma, levels.threshold_code, state.runs);
-  if (state.runs.empty()) return result;
-  state.prepare_tables(luma, levels);
-  group_runs(state.runs, state.groups);
+  const Levels levels = level_meter.measure(luma, options);
+  find_runs(luma, levels.threshold_code, runs);
+  if (runs.empty()) return std::nullopt;
+  prepare_tables(luma, levels);
+  group_runs(runs, groups);
 
   PeakRules rules;
-  rules.clip_code = state.clip_meter.update(luma, state.runs);
+  rules.clip_code = clip_meter.update(luma, runs);
   const double span = luma.white_code - luma.black_code;
-  rules.least_valley_codes = static_cast<int>(std::ceil(
-      std::max(state.options.min_valley_fraction * span, kValleySigma * levels.noise_codes)));
-  rules.min_area_px = state.options.min_area_px;
+  rules.least_valley_codes = static_cast<int>(
+      std::ceil(std::max(options.min_valley_fraction * span, kValleySigma * levels.noise_codes)));
+  rules.min_area_px = options.min_area_px;
   const auto threshold = static_cast<std::size_t>(levels.threshold_code);
-  rules.noise_codes = state.sigma[threshold] / std::max(state.slope[threshold], 1e-9f);
-  rules.half_code = state.half_code;
-  state.finder.clear();
-  for (std::size_t g = 0; g < state.groups.count(); ++g) {
-    const auto from = static_cast<std::size_t>(state.groups.first[g]);
-    const auto to = static_cast<std::size_t>(state.groups.first[g + 1]);
-    state.finder.add(luma, std::span<const int>(state.groups.order).subspan(from, to - from),
-                     state.runs, levels.threshold_code, rules);
+  rules.noise_codes = sigma[threshold] / std::max(slope[threshold], 1e-9f);
+  rules.half_code = half_code;
+  finder.clear();
+  for (std::size_t g = 0; g < groups.count(); ++g) {
+    const auto from = static_cast<std::size_t>(groups.first[g]);
+    const auto to = static_cast<std::size_t>(groups.first[g + 1]);
+    finder.add(luma, std::span<const int>(groups.order).subspan(from, to - from), runs,
+               levels.threshold_code, rules);
   }
 
-  const LightScale scale{state.linear, state.sigma, rules.clip_code};
-  std::vector<Measured>& lights = state.photometer.measure(luma, state.finder, scale);
+  const LightScale scale{linear, sigma, rules.clip_code};
+  lights = &photometer.measure(luma, finder, scale);
+  return frame_light(luma, levels, rules.clip_code);
+}
+
+std::optional<SeenLights> Detector::look(const Frame& frame) {
+  const std::optional<FrameLight> light = state_->look(frame);
+  if (!light) return std::nullopt;
+  return SeenLights{*light, state_->finder.peaks(), *state_->lights};
+}
+
+BlobFrame Detector::detect(const Frame& frame) {
+  BlobFrame result{frame.index, frame.time, {}};
+  State& state = *state_;
+  const std::optional<FrameLight> light = state.look(frame);
+  if (!light) return result;
   const std::vector<Peak>& peaks = state.finder.peaks();
-  if (state.lamp_meter)
-    state.lamp_meter->measure(state.frame_light(luma, levels, rules.clip_code), frame.time, peaks,
-                              lights);
+  std::vector<Measured>& lights = *state.lights;
+  if (state.lamp_meter) state.lamp_meter->measure(*light, frame.time, peaks, lights);
   for (std::size_t i = 0; i < peaks.size(); ++i) {
-    result.blobs.push_back(state.blob_of(frame, peaks[i], lights[i], rules.clip_code));
+    result.blobs.push_back(state.blob_of(frame, peaks[i], lights[i], light->clip_code));
     result.blobs.back().id = static_cast<int>(i);
   }
   return result;

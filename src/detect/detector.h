@@ -2,9 +2,12 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "detect/lamp_fit.h"
+#include "detect/photometry.h"
 #include "optics/response.h"
 #include "types/blob.h"
 #include "types/frame.h"
@@ -28,6 +31,14 @@ struct DetectOptions {
   std::vector<std::string> problems() const;
 };
 
+/// A frame's lights before lamps are fitted, in stored pixels; valid until the detector's next
+/// frame.
+struct SeenLights {
+  FrameLight light;
+  std::span<const Peak> peaks;
+  std::span<const Measured> lights;  ///< of each peak
+};
+
 /// Finds the lights of one frame at a time. Keeps its buffers, and what it learned of the code at
 /// which the camera clips, from frame to frame; frames of one camera per detector, one thread at a
 /// time.
@@ -46,6 +57,9 @@ class Detector {
   /// its lights, has none. Throws std::invalid_argument for a plane that is not 8 to 16 bits deep,
   /// whose white is not above its black, or a rotation that is not a multiple of 90.
   BlobFrame detect(const Frame& frame);
+
+  /// The same lights as they are before lamps are fitted; nothing where there are none.
+  std::optional<SeenLights> look(const Frame& frame);
 
  private:
   struct State;

@@ -75,6 +75,14 @@ struct LampsFit {
 class LampFitter {
  public:
   static constexpr std::size_t kMostLamps = 4;
+  /// What is tried of the background, one after the other, until nothing with a shape is left over:
+  /// terms of its polynomial, of which only the sixth is as round as a lamp, how much of a lamp's
+  /// reach is used, and by how much of itself the background is uneven.
+  struct Attempt {
+    Eigen::Index background_terms;
+    double reach, uneven;
+  };
+  static const std::array<Attempt, 7> kAttempts;
 
   /// `wing_share_sigma` of the PSF goes into the flux's sigma. Throws as DiscImage does.
   explicit LampFitter(const PsfShape& psf, double wing_share_sigma = 0.0);
@@ -101,16 +109,8 @@ class LampFitter {
   using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostParameters, 1>;
   using Matrix =
       Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostParameters, kMostParameters>;
-  /// What is tried of the background, one after the other, until nothing with a shape is left over:
-  /// terms of its polynomial, of which only the sixth is as round as a lamp, how much of a lamp's
-  /// reach is used, and by how much of itself the background is uneven. A level background that
-  /// leaves what is round, or one with a slope and no round term that does, is not at fault: the
+  /// An attempt at a background that leaves what is round, up to this one, is not at fault: the
   /// lamps' own light is.
-  struct Attempt {
-    Eigen::Index background_terms;
-    double reach, uneven;
-  };
-  static const std::array<Attempt, 7> kAttempts;
   static constexpr int kNothingRound = 1;
   struct Sample {
     int u, v;

@@ -25,16 +25,16 @@ constexpr double kOthersReach = 3.0;  // further off a lamp's wings are as good 
 constexpr double kSettled = 0.05;     // of ln flux
 constexpr int kMostSweeps = 3;
 
-double rim_of(const Peak& peak) {
-  return peak.clipped_px > 0 ? std::sqrt(peak.clipped_px / kPi) + peak.eroded_px : 0.0;
-}
-
 bool near(const LampFit& lamp, const Measured& seen) {
   return (lamp.centre_px - seen.centre_px).norm() <=
          kMostShift_px + kMostShiftShare * seen.spread_px.maxCoeff();
 }
 
 }  // namespace
+
+double rim_px(const Peak& peak) {
+  return peak.clipped_px > 0 ? std::sqrt(peak.clipped_px / kPi) + peak.eroded_px : 0.0;
+}
 
 LampMeter::LampMeter(const PsfSite& psf, std::optional<double> exposure_s)
     : fitter_(psf.shape, psf.wing_share_std),
@@ -59,7 +59,7 @@ void LampMeter::find_groups(const std::vector<Peak>& peaks, const std::vector<Me
       nearest_px_[b] = std::min(nearest_px_[b], distance_px);
       double reach_px = 0.0;
       for (const std::size_t one : {lamps_[a], lamps_[b]})
-        reach_px += LampFitter::core_px(rim_of(peaks[one]), lights[one].spread_px.maxCoeff(),
+        reach_px += LampFitter::core_px(rim_px(peaks[one]), lights[one].spread_px.maxCoeff(),
                                         core_sigma_px_);
       if (distance_px < reach_px) links.push_back({distance_px / reach_px, a, b});
     }
@@ -82,7 +82,7 @@ void LampMeter::start(const FrameLight& light, std::size_t k, const Peak& peak,
   LampGuess& guess = starts_[k];
   Known& now = now_[k];
   guess.centre_px = seen.centre_px;
-  guess.rim_px = rim_of(peak);
+  guess.rim_px = rim_px(peak);
   guess.size_px = seen.spread_px.maxCoeff();
   now.lamp.centre_px = seen.centre_px;
   now.lamp.core_px = LampFitter::core_px(guess.rim_px, guess.size_px, core_sigma_px_);
@@ -171,7 +171,7 @@ void LampMeter::measure(const FrameLight& light, CameraTime time, const std::vec
                         std::vector<Measured>& lights) {
   lamps_.clear();
   for (std::size_t i = 0; i < peaks.size(); ++i)
-    if (lights[i].lamp_like && !lights[i].cut_by_edge && rim_of(peaks[i]) < kMostRim_px)
+    if (lights[i].lamp_like && !lights[i].cut_by_edge && rim_px(peaks[i]) < kMostRim_px)
       lamps_.push_back(i);
   find_groups(peaks, lights);
   const double since_s =

@@ -9,6 +9,9 @@
 
 namespace vildar {
 
+/// Radius of a light's clipped area; 0 where nothing clips.
+double rim_px(const Peak& peak);
+
 /// Measures the lamps of one frame after the other by fits of a calibrated point-spread function,
 /// lamps that overlap together, beside the wings of the others. Remembers the last frame: how large
 /// and how bright a lamp was, and how far it has moved since, which says how long a way it is drawn

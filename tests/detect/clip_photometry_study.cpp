@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
+#include <span>
 #include <vector>
 
 #include "capture/clip_source.h"
@@ -102,6 +105,108 @@ TEST(ClipPhotometryStudy, LightAndCentresThroughTheEncoder) {
                     100.0 * quantile(found.flux_ln, 0.5), found.covered / n);
         EXPECT_GT(found.lamps, 100.0);
       }
+}
+
+// What coding does to the pixels about lamps that clip, in codes, by distance from the rim and by
+// the slope of the uncoded picture.
+class CodingErrors {
+ public:
+  /// Within `own_px` of the lamp what clips is its own.
+  void add(const LumaView& before, const LumaView& after, const LampImage& lamp, double own_px) {
+    constexpr int kReach_px = 40;
+    const int u0 = static_cast<int>(lamp.centre_px.x()), v0 = static_cast<int>(lamp.centre_px.y());
+    if (u0 < kReach_px + 9 || v0 < kReach_px + 9 || u0 + kReach_px + 9 >= before.width_px ||
+        v0 + kReach_px + 9 >= before.height_px)
+      return;
+    double clipped = 0.0;
+    for (int v = v0 - kReach_px; v <= v0 + kReach_px; ++v)
+      for (int u = u0 - kReach_px; u <= u0 + kReach_px; ++u)
+        clipped += before.code(u, v) >= before.white_code &&
+                   (Eigen::Vector2d(u, v) - lamp.centre_px).norm() < own_px;
+    const double rim_px = std::sqrt(clipped / 3.141592653589793);
+    for (int v = v0 - kReach_px; v <= v0 + kReach_px; ++v)
+      for (int u = u0 - kReach_px; u <= u0 + kReach_px; ++u) {
+        const double from_px = (Eigen::Vector2d(u, v) - lamp.centre_px).norm() - rim_px;
+        if (!(from_px > -6.0 && from_px < 24.0)) continue;
+        const auto error = [&](int du) {
+          return static_cast<double>(after.code(u + du, v) - before.code(u + du, v));
+        };
+        const double slope = 0.5 * std::hypot(before.code(u + 1, v) - before.code(u - 1, v),
+                                              before.code(u, v + 1) - before.code(u, v - 1));
+        Sum* sums[] = {
+            &by_distance_[static_cast<std::size_t>(from_px + 6.0) / 2],
+            &by_slope_[static_cast<std::size_t>(std::min(std::log2(slope + 1.0) * 1.5, 9.0))]};
+        for (Sum* sum : sums) {
+          sum->n += 1.0;
+          sum->level += before.code(u, v);
+          sum->error += error(0);
+          sum->square += error(0) * error(0);
+          for (std::size_t k = 0; k < 4; ++k) sum->along[k] += error(0) * error(1 << k);
+        }
+      }
+  }
+  void print() const {
+    for (const bool distance : {true, false}) {
+      const std::span<const Sum> table =
+          distance ? std::span<const Sum>(by_distance_) : std::span<const Sum>(by_slope_);
+      std::printf("%-12s %8s %7s %7s %7s | %6s %6s %6s %6s\n",
+                  distance ? "from rim px" : "codes/px", "pixels", "level", "mean", "rms", "1 px",
+                  "2 px", "4 px", "8 px");
+      for (std::size_t i = 0; i < table.size(); ++i) {
+        const Sum& sum = table[i];
+        if (sum.n < 100.0) continue;
+        const double low = distance ? 2.0 * static_cast<double>(i) - 6.0
+                                    : std::exp2(static_cast<double>(i) / 1.5) - 1.0;
+        std::printf("%-12.1f %8.0f %7.1f %+7.2f %7.2f |", low, sum.n, sum.level / sum.n,
+                    sum.error / sum.n, std::sqrt(sum.square / sum.n));
+        for (const double one : sum.along) std::printf(" %+6.2f", one / sum.square);
+        std::printf("\n");
+      }
+    }
+  }
+
+ private:
+  struct Sum {
+    double n = 0.0, level = 0.0, error = 0.0, square = 0.0;
+    std::array<double, 4> along{};  // products with the error so many pixels to the right
+  };
+  std::array<Sum, 15> by_distance_;
+  std::array<Sum, 10> by_slope_;
+};
+
+TEST(ClipPhotometryStudy, WhatCodingDoesAboutLamps) {
+#ifndef NDEBUG
+  GTEST_SKIP() << "studies need an optimised build (preset bench or ci)";
+#endif
+  Scenario scenario = load_scenario(VILDAR_SOURCE_DIR "/tests/bench/four_vehicles_1080p.yaml");
+  scenario.duration_s = 1.5;
+  for (const int bitrate_bps : {3000000, 7000000, 20000000}) {
+    scenario.encoder.bitrate_bps = bitrate_bps;
+    const TemporaryFolder folder;
+    const auto clip = folder.path() / clip_file_name(scenario.encoder.codec);
+    Renderer renderer(scenario);
+    ClipWriter writer(clip, scenario);
+    const int frames = static_cast<int>(scenario.duration_s * scenario.frame_rate_hz);
+    for (int i = 0; i < frames; ++i) writer.write(renderer.image(i / scenario.frame_rate_hz));
+    writer.commit();
+    ClipSource source(clip);
+    CodingErrors errors;
+    while (const auto frame = source.next()) {
+      const double time_s = seconds_of(frame->time);
+      const Frame before = renderer.image(time_s);
+      const std::vector<LampImage> lamps = renderer.lamps(time_s);
+      for (const LampImage& lamp : lamps) {
+        double nearest_px = 1e9;
+        for (const LampImage& other : lamps)
+          if (&other != &lamp)
+            nearest_px = std::min(nearest_px, (other.centre_px - lamp.centre_px).norm());
+        if (lamp.streak_px == 0.0) errors.add(before.luma, frame->luma, lamp, 0.5 * nearest_px);
+      }
+    }
+    std::printf("%d Mbit/s: %.1f kB a frame\n", bitrate_bps / 1000000,
+                1e-3 * static_cast<double>(std::filesystem::file_size(clip)) / frames);
+    errors.print();
+  }
 }
 
 }  // namespace

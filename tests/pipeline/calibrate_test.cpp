@@ -82,6 +82,60 @@ TEST_F(Calibrate, MountIsLearnedFromARunAndUsedByTheNext) {
   EXPECT_EQ(score.code, 0) << score.err << score.out;
 }
 
+// Ten lamps in the dark above a road, from a third of white to some thousand times white.
+std::string lamps_apart(double least_times_white, double most_times_white, const char* codec) {
+  std::string text =
+      "duration_s: 2\nframe_rate_hz: 20\nseed: 7\n"
+      "site:\n  camera:\n    image_size_px: [640, 360]\n    focal_px: [600.0, 600.0]\n"
+      "    principal_px: [319.5, 179.5]\n    position_m: [0.0, 0.0, 5.0]\n    exposure_s: 0.001\n"
+      "    yaw_deg: 0.0\n    pitch_deg: 10.0\n    roll_deg: 0.0\n    response: {kind: srgb}\n"
+      "image: {core_sigma_px: 1.1, wing_share: 0.05, wing_scale_px: 1.7, wing_exponent: 2.8}\n"
+      "encoder: {codec: " +
+      std::string(codec) + "}\nstreet_lamps:\n";
+  constexpr int kLamps = 10;
+  constexpr double kRange_m = 80.0, kLuxOfWhite = 1.3e-3;
+  for (int i = 0; i < kLamps; ++i) {
+    const double times_white =
+        least_times_white * std::pow(most_times_white / least_times_white, i / (kLamps - 1.0));
+    // On a grid in the picture, each at its own place within a pixel.
+    const double across = (i % 5 - 2) * 118.3 / 600.0, up = (40.0 - 110.7 * (i / 5 - 1)) / 600.0;
+    const double tilt = std::tan(std::atan(up) + radians_from_degrees(10.0));
+    text += "  - {position_m: [80.0, " + std::to_string(-kRange_m * across) + ", " +
+            std::to_string(5.0 + kRange_m * tilt) +
+            "], intensity_cd: " + std::to_string(times_white * kLuxOfWhite * kRange_m * kRange_m) +
+            ", radius_m: " + std::to_string(0.05 + 0.03 * (i % 4)) + "}\n";
+  }
+  return text;
+}
+
+TEST_F(Calibrate, PsfIsFoundInAClipAndWrittenToTheSiteFile) {
+  folder_.write("scenario.yaml", lamps_apart(0.35, 1000.0, "ffv1"));
+  ASSERT_EQ(run({"render", path("scenario.yaml"), "--out", path("scene")}).code, 0);
+  const std::string clip = path("scene/clip.mkv"), site = path("scene/site.yaml");
+  const test::Ran ran =
+      run({"calibrate", "psf", clip, "--site", site, "--out", path("with_psf.yaml")});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_NE(ran.out.find("camera.psf.wing_share: "), std::string::npos) << ran.out;
+  const auto psf = load_site(path("with_psf.yaml")).camera->psf;
+  ASSERT_TRUE(psf);
+  EXPECT_LT(std::abs(psf->shape.wing_share - 0.05), 3.5 * psf->wing_share_std) << ran.out;
+  EXPECT_LT(psf->wing_share_std, 0.01) << ran.out;
+  EXPECT_NEAR(psf->shape.core_sigma_px, 1.1, 0.03) << ran.out;
+  EXPECT_EQ(run({"run", clip, "--site", path("with_psf.yaml"), "--out", path("out")}).code, 0);
+}
+
+TEST_F(Calibrate, PsfIsRefusedByNameWhereNoLampTellsIt) {
+  folder_.write("dark.yaml", lamps_apart(0.001, 0.002, "ffv1"));
+  ASSERT_EQ(run({"render", path("dark.yaml"), "--out", path("dark")}).code, 0);
+  const std::string clip = path("dark/clip.mkv"), site = path("dark/site.yaml");
+  test::expect_told(run({"calibrate", "psf", clip, "--site", site, "--out", path("out.yaml")}), 3,
+                    {"0 pictures of isolated lamps", "too_few_samples"});
+  test::expect_told(
+      run({"calibrate", "psf", clip, clip, "--site", site, "--out", path("out.yaml")}), 2,
+      {"given twice"});
+  EXPECT_FALSE(fs::exists(path("out.yaml")));
+}
+
 TEST_F(Calibrate, SaysWhatIsMissing) {
   folder_.write("site.yaml",
                 "version: 1\ncamera:\n  image_size_px: [640, 360]\n  focal_px: [560, 560]\n"
