@@ -13,6 +13,7 @@ namespace {
 
 constexpr int kFewestFrames = 5;
 constexpr double kShortest_s = 0.2;
+constexpr double kFarOff = 1.5;  // sigmas that are wrong by so much lead a fit astray
 
 const LaneSite* only_lane(const RoadSite& road, Direction direction) {
   const LaneSite* found = nullptr;
@@ -115,7 +116,28 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
   const auto outcome = fit_from_starts(problem, view, site.road, seen.ego);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   seen.fit = std::get<GeometryFit>(outcome);
-  found.check = check_residuals(problem, seen.fit.parameters, camera.focal_px());
+  const auto look = [&] {
+    found.check = check_residuals(problem, seen.fit.parameters, camera.focal_px());
+  };
+  const auto let_wander = [&](const Eigen::Vector2d& sigma_factor) {
+    problem.sigma_factor = sigma_factor;
+    if (auto change = find_motion_change(problem, seen.fit, seen.frames))
+      seen.change = std::move(*change);
+  };
+  look();
+  const Eigen::Vector2d quick = found.check.quick_factor;
+  if ((quick.array() > kFarOff).any()) {
+    problem.sigma_factor = quick;
+    const auto again = fit_geometry(problem, seen.fit.parameters);
+    if (const auto* fit = std::get_if<GeometryFit>(&again)) seen.fit = *fit;
+  }
+  // Beside the scatter from frame to frame, what is left may be the vehicle's motion.
+  for (int round = 0; round < 2; ++round) let_wander(quick);
+  look();
+  // What even that leaves makes its size less sure. The bearings are no longer judged by it: where
+  // little else holds the pose, priors now draw the path away from them.
+  if ((found.check.sigma_factor.array() > kFarOff * quick.array()).any())
+    let_wander(found.check.sigma_factor);
   return found;
 }
 

@@ -22,6 +22,8 @@ Outcome<JointFit> fit_with_delay(const Trajectory& camera_only, const DelayFit& 
   const auto outcome = fit_geometry(problem, camera_only.fit.parameters);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   joint.trajectory.fit = std::get<GeometryFit>(outcome);
+  if (auto change = find_motion_change(problem, joint.trajectory.fit, camera_only.frames))
+    joint.trajectory.change = std::move(*change);
   constexpr double kMostPull = 10.0;  // half a chi-square of two degrees of freedom
   if (joint.trajectory.fit.cost - camera_only.fit.cost > kMostPull) return Miss::sensors_contradict;
   joint.power_chi2_per_block = delay.chi2_per_dof;

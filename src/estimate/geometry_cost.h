@@ -57,8 +57,11 @@ struct PriorResidual {
       // Whitened by the Cholesky factor of the covariance.
       const KnownMotion& motion = *priors.motion;
       const double tau_s = motion.time_s - problem->reference_s;
-      const T speed = scale_m * (p[kClosingRate] + tau_s * p[kAcceleration]) - motion.value[0];
-      const T rate = scale_m * p[kAcceleration] - motion.value[1];
+      const T speed = scale_m * (p[kClosingRate] + tau_s * p[kAcceleration] +
+                                 problem->setting.departed_rate(tau_s)) -
+                      motion.value[0];
+      const T rate = scale_m * (p[kAcceleration] + problem->setting.departed_acceleration(tau_s)) -
+                     motion.value[1];
       const double l00 = std::sqrt(motion.covariance(0, 0));
       const double l10 = motion.covariance(1, 0) / l00;
       const double l11 = std::sqrt(motion.covariance(1, 1) - l10 * l10);

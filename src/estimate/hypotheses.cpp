@@ -139,6 +139,7 @@ Outcome<std::vector<Trajectory>> fit_hypotheses(const Trajectory& seen,
     anywhere.lamps = reading.id;
     anywhere.log_prior = std::log(reading.share);
     anywhere.problem.priors = metric_priors(site, reading);
+    anywhere.problem.priors.acceleration_mps2 = seen.problem.priors.acceleration_mps2;
     auto outcome = refit(std::move(anywhere));
     if (const Miss* why = std::get_if<Miss>(&outcome)) {
       if (!miss) miss = *why;

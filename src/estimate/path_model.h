@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cmath>
+#include <type_traits>
+#include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -30,7 +32,25 @@ enum PathParameter : int {
 using PathVector = Eigen::Matrix<double, kPathParameters, 1>;
 using PathMatrix = Eigen::Matrix<double, kPathParameters, kPathParameters>;
 
-/// What the site file knows of camera and road.
+/// Beyond this time, seen from the reference time, a vehicle's acceleration is another.
+struct AccelerationStep {
+  double tau_s = 0.0;  ///< after the reference time; before it the step is taken backwards
+  double size = 0.0;   ///< of the rate of change of the closing speed over X, 1/s^2
+
+  /// How far beyond the step; zero on this side of it.
+  double beyond_s(double at_s) const {
+    const double beyond = at_s - tau_s;
+    return (tau_s > 0.0) == (beyond > 0.0) ? beyond : 0.0;
+  }
+  /// Way toward the camera per unit of size.
+  double way(double at_s) const {
+    const double beyond = beyond_s(at_s);
+    return 0.5 * beyond * beyond;
+  }
+};
+
+/// What the site file knows of camera and road, and how the vehicle departs from constant
+/// acceleration.
 struct PathSetting {
   Eigen::Vector3d camera_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d camera_from_road = Eigen::Matrix3d::Identity();  ///< mean pose
@@ -38,6 +58,31 @@ struct PathSetting {
   bool turns = false;  ///< the pose has a std, so that p[kYaw..kRoll] may differ from zero
   double bend = 0.0;   ///< as in path_point
   double straight_m = 0.0;
+  std::vector<AccelerationStep> steps;
+
+  /// What the steps add to the closing rate, over X, by a time after the reference.
+  double departed_rate(double tau_s) const {
+    double rate = 0.0;
+    for (const AccelerationStep& step : steps) rate += step.size * step.beyond_s(tau_s);
+    return rate;
+  }
+  /// And to the rate of change of that.
+  double departed_acceleration(double tau_s) const {
+    double sum = 0.0;
+    for (const AccelerationStep& step : steps) sum += step.beyond_s(tau_s) == 0.0 ? 0.0 : step.size;
+    return sum;
+  }
+  /// And to the way driven; exact to first order for a ceres::Jet.
+  template <class Time>
+  Time departed(const Time& tau_s) const {
+    if constexpr (std::is_same_v<Time, double>) {
+      double way = 0.0;
+      for (const AccelerationStep& step : steps) way += step.size * step.way(tau_s);
+      return way;
+    } else {
+      return departed(tau_s.a) + departed_rate(tau_s.a) * (tau_s - tau_s.a);
+    }
+  }
 };
 PathSetting path_setting(const CameraSite& camera, const RoadSite& road);
 
@@ -48,7 +93,8 @@ PathPoint<T> vehicle_point(const T* p, const PathSetting& setting, const Time& t
   using std::exp;
   const T scale_m = exp(p[kLogScale]);
   const T along_m = setting.camera_m.x() +
-                    scale_m * (1.0 - tau_s * (p[kClosingRate] + 0.5 * tau_s * p[kAcceleration]));
+                    scale_m * (1.0 - tau_s * (p[kClosingRate] + 0.5 * tau_s * p[kAcceleration]) -
+                               setting.departed(tau_s));
   const T lateral_m = setting.camera_m.y() + scale_m * p[kLateral];
   const T radius_m = setting.bend == 0.0 ? T(0.0) : scale_m * exp(p[kLogRadius]);
   return path_point(along_m, lateral_m, setting.bend, setting.straight_m, radius_m);

@@ -69,6 +69,11 @@ struct RecursiveFit::Filter {
       return;
     }
     trajectories = std::get<std::vector<Trajectory>>(std::move(outcome));
+    // The filter lets the acceleration wander by itself.
+    for (Trajectory& trajectory : trajectories) {
+      trajectory.problem.setting.steps.clear();
+      trajectory.change = {};
+    }
   }
 
   void predict(double time_s, Trajectory& trajectory) const {

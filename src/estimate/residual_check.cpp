@@ -98,6 +98,25 @@ Slow slow_structure(const Eigen::VectorXd& frames, double nominal_variance) {
   return {variance, variance / std::max(nominal_variance, quicker)};
 }
 
+// Robust scatter of what changes from frame to frame: second differences of each lamp's residuals,
+// over that of independent ones of sigma one. One where the frames are too few.
+double quick_scatter(const GeometryProblem& problem, const Eigen::VectorXd& residual) {
+  constexpr std::size_t kFewest = 6;
+  std::vector<double> bends;
+  for (const bool left : {true, false}) {
+    std::vector<double> own;
+    for (std::size_t i = 0; i < problem.lamps.size(); ++i)
+      if ((problem.lamps[i].side >= 0.0) == left)
+        own.push_back(residual[static_cast<Eigen::Index>(i)]);
+    for (std::size_t i = 2; i < own.size(); ++i)
+      bends.push_back(own[i] - 2.0 * own[i - 1] + own[i - 2]);
+  }
+  if (bends.size() < kFewest) return 1.0;
+  const auto count = static_cast<Eigen::Index>(bends.size());
+  return kSigmaPerMad * median_abs(Eigen::Map<Eigen::VectorXd>(bends.data(), count)) /
+         std::sqrt(6.0);
+}
+
 }  // namespace
 
 ResidualCheck check_residuals(const GeometryProblem& problem, const PathVector& parameters,
@@ -111,6 +130,8 @@ ResidualCheck check_residuals(const GeometryProblem& problem, const PathVector& 
     robust[axis] = std::max(kSigmaPerMad * median_abs(residuals.row(axis).transpose()), 1e-12);
     const Eigen::VectorXd tamed =
         residuals.row(axis).transpose().cwiseMin(3.0 * robust[axis]).cwiseMax(-3.0 * robust[axis]);
+    check.quick_factor[axis] =
+        std::max(1.0, quick_scatter(problem, residuals.row(axis).transpose()));
     const double lamps = lamp_correlation(problem, tamed);
     const Eigen::VectorXd frames = frame_means(problem, tamed);
     const double correlated = correlation_factor(lamps, frames);

@@ -17,8 +17,19 @@ std::array<PathJet, kPathParameters> jets_of(const PathVector& parameters) {
   return jets;
 }
 
-double std_of(const PathJet& value, const PathMatrix& covariance) {
-  return std::sqrt(std::max(0.0, value.v.dot(covariance * value.v)));
+double std_of(const PathJet& value, const Eigen::VectorXd& by_step, const Trajectory& trajectory) {
+  return std::sqrt(std::max(0.0, value.v.dot(trajectory.fit.covariance * value.v) +
+                                     trajectory.change.variance(value.v, by_step)));
+}
+
+// What a time needs of each step.
+template <class Of>
+Eigen::VectorXd by_steps(const Trajectory& trajectory, Of of) {
+  const std::vector<AccelerationStep>& steps = trajectory.problem.setting.steps;
+  Eigen::VectorXd values(static_cast<Eigen::Index>(steps.size()));
+  for (std::size_t k = 0; k < steps.size(); ++k)
+    values[static_cast<Eigen::Index>(k)] = of(steps[k]);
+  return values;
 }
 
 }  // namespace
@@ -30,16 +41,24 @@ MotionState Trajectory::at(double time_s) const {
                                         ego.deviation(problem.reference_s, time_s));
   const PathJet scale_m = exp(p[kLogScale]);
   const double ego_reference_mps = ego.speed_mps(problem.reference_s);
-  const PathJet over_ground =
-      scale_m * (p[kClosingRate] + tau_s * p[kAcceleration]) - ego_reference_mps;
+  const PathJet over_ground = scale_m * (p[kClosingRate] + tau_s * p[kAcceleration] +
+                                         problem.setting.departed_rate(tau_s)) -
+                              ego_reference_mps;
   MotionState state;
   state.range_m = place.x().a + problem.setting.camera_m.x();
-  state.range_std_m = std_of(place.x(), fit.covariance);
+  state.range_std_m = std_of(
+      place.x(), -scale_m.a * by_steps(*this, [&](const auto& step) { return step.way(tau_s); }),
+      *this);
   state.lateral_m = place.y().a + problem.setting.camera_m.y();
   state.over_ground_mps = over_ground.a;
-  state.speed_std_mps = std::hypot(std_of(over_ground, fit.covariance), ego.speed_std_mps());
+  state.speed_std_mps = std::hypot(
+      std_of(over_ground,
+             scale_m.a * by_steps(*this, [&](const auto& step) { return step.beyond_s(tau_s); }),
+             *this),
+      ego.speed_std_mps());
   state.closing_mps = over_ground.a + ego.speed_mps(time_s);
-  const double rate_mps2 = (scale_m * p[kAcceleration]).a;
+  const double rate_mps2 =
+      scale_m.a * (fit.parameters[kAcceleration] + problem.setting.departed_acceleration(tau_s));
   state.acceleration_mps2 = over_ground.a < 0.0 ? -rate_mps2 : rate_mps2;
   return state;
 }
@@ -84,9 +103,13 @@ double best_time_s(const Trajectory& trajectory, double from_s, double to_s) {
   for (int i = 0; i <= kSteps; ++i) {
     const double time_s = from_s + (to_s - from_s) * i / kSteps;
     const double tau_s = time_s - trajectory.problem.reference_s;
-    const double variance = covariance(kClosingRate, kClosingRate) +
-                            tau_s * (2.0 * covariance(kClosingRate, kAcceleration) +
-                                     tau_s * covariance(kAcceleration, kAcceleration));
+    PathVector rate = PathVector::Zero();
+    rate[kClosingRate] = 1.0;
+    rate[kAcceleration] = tau_s;
+    const double variance =
+        rate.dot(covariance * rate) +
+        trajectory.change.variance(
+            rate, by_steps(trajectory, [&](const auto& step) { return step.beyond_s(tau_s); }));
     if (variance < least) {
       least = variance;
       best_s = time_s;

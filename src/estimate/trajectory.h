@@ -6,6 +6,7 @@
 
 #include "core/outcome.h"
 #include "estimate/geometry_fit.h"
+#include "estimate/motion_change.h"
 #include "types/result.h"
 #include "types/site.h"
 #include "types/vehicle_track.h"
@@ -26,6 +27,7 @@ struct MotionState {
 struct Trajectory {
   GeometryProblem problem;
   GeometryFit fit;
+  MotionChange change;
   EgoMotion ego;
   std::string lane;                 ///< whose offset took part as a prior; empty: none
   std::string lamps;                ///< class of the site's lamps; empty where it names none

@@ -103,12 +103,12 @@ TEST(CameraIntensity, IsWithheldWherePixelsClip) {
 // Only the part of a track that was measured tells how far the vehicle was.
 TEST(CameraIntensity, TakesItsGainFromThePartThatWasMeasured) {
   const Site site = mast_site(4.0);
-  Vehicle braking = kTypical;
-  braking.change_s = 1.5;
-  braking.change_mps2 = -7.0;
   Random random(1);
   const View view{.to_s = 2.4, .frame_rate_hz = 30.0, .sigma_px = 0.02};
-  const VehicleTrack track = track_of(braking, site, view, random);
+  VehicleTrack track = track_of(kTypical, site, view, random);
+  // The right lamp is at first that of another vehicle.
+  for (VehicleSighting& sighting : track.sightings)
+    if (seconds_of(sighting.time) < 0.6) sighting.right->centre_px += Eigen::Vector2d(40.0, 25.0);
   const VehicleResult result = estimate_vehicle(track, site, {}).result;
   ASSERT_FALSE(result.warnings.empty());
   EXPECT_LT(static_cast<std::size_t>(result.n_frames), track.sightings.size());

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "estimate/geometry_fit.h"
+
+namespace vildar {
+
+/// What is left open of the steps that a vehicle's acceleration takes in view
+/// (PathSetting::steps): one entry per step.
+struct MotionChange {
+  Eigen::MatrixXd covariance;  ///< of their sizes
+  /// How the path's unknowns follow them, per unit of size.
+  Eigen::Matrix<double, kPathParameters, Eigen::Dynamic> response;
+
+  /// Variance that the steps add to a quantity with these derivatives by the path's unknowns and
+  /// by the sizes.
+  double variance(const PathVector& by_path, const Eigen::VectorXd& by_size) const;
+};
+
+/// Lets the acceleration of a fitted vehicle wander: puts steps into `problem`, moves `fit` along
+/// and says what both leave open. How far it wanders is weighed by the evidence of the bearings
+/// themselves, with the sigmas of `problem`. Steps that it has already are the start; its prior on
+/// the acceleration widens with them. Nothing, and both left as they were, where the frames are too
+/// few or no motion near `fit` explains them better.
+std::optional<MotionChange> find_motion_change(GeometryProblem& problem, GeometryFit& fit,
+                                               int frames);
+
+}  // namespace vildar
