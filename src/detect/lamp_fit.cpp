@@ -8,24 +8,21 @@
 
 #include "core/quantity.h"
 #include "detect/censored.h"
+#include "detect/pixel_sums.h"
 #include "detect/residual_shape.h"
 
 namespace vildar {
 namespace {
 
 constexpr double kLeastRadius_px = 0.1;  // a point, to any PSF of half a pixel and more
-constexpr double kMostPixels = 600.0;    // of one lamp, beside those about its rim
-constexpr double kMostRimPixels = 600.0;
-constexpr double kDenseSizes = 3.0;  // of a lamp that does not clip, its size
-constexpr double kRimInside_px = 5.0, kRimOutside_px = 3.0;
-/// Compression digs holes into clipped areas: a pixel this far inside the rim that nearly clips
-/// does clip.
-constexpr double kHoleDepth_px = 1.5, kHoleLight = 0.8;
-constexpr double kPatch_px2 = 16.0;  // area that is uneven together
-constexpr double kStill_px = 0.3;    // a way this short widens a core of 0.5 px by 1.5 %
+constexpr double kPatch_px2 = 16.0;      // area that is uneven together
+constexpr double kStill_px = 0.3;        // a way this short widens a core of 0.5 px by 1.5 %
 constexpr double kSmearPiece_px = 1.5;
 constexpr int kMostIterations = 20;
-constexpr double kDone = 4e-3;  // expected fall of the cost: a sixteenth of a sigma
+// Expected fall of the cost: a sixteenth of a sigma, and one small enough for the next step to be
+// the last, which nobody needs to look at: what it leaves is a tenth of it.
+constexpr double kDone = 4e-3, kLastStep = 0.04;
+constexpr double kRounding = 1e-6, kLeastFall = 1e-3;  // of costs in single precision
 
 }  // namespace
 
@@ -56,62 +53,44 @@ double LampFitter::rim_flux(double rim_px, double radius_px, double clip_light) 
   return clip_light / image_.at(rim_px, 0.0).share;
 }
 
-void LampFitter::gather(const FrameLight& light, std::span<const LampGuess> guesses,
-                        std::span<const OtherLamp> others) {
-  samples_.clear();
-  reach_px_.clear();
-  const LumaView& luma = light.luma;
-  for (const LampGuess& guess : guesses)
-    reach_px_.push_back(reach_px(guess.rim_px, guess.size_px, image_.shape().core_sigma_px) +
-                        0.5 * guess.motion_px.norm());
-  for (std::size_t i = 0; i < guesses.size(); ++i) {
-    const double reach = reach_px_[i], rim = guesses[i].rim_px;
-    const Eigen::Vector2d& centre = guesses[i].centre_px;
-    // Where there are more pixels than a fit needs, every so many of them do.
-    const auto stride_of = [](double area_px2, double most) {
-      return std::max(1, static_cast<int>(std::ceil(area_px2 / most)));
-    };
-    const double dense = rim > 0.0 ? rim + kRimOutside_px : kDenseSizes * guesses[i].size_px;
-    const int stride = stride_of(kPi * (reach * reach - dense * dense), kMostPixels);
-    const int rim_stride =
-        stride_of(2.0 * kPi * rim * (kRimInside_px + kRimOutside_px), kMostRimPixels);
-    const auto first = [](double at) { return std::max(0, static_cast<int>(std::ceil(at))); };
-    const auto last = [](double at, int size) {
-      return std::min(size - 1, static_cast<int>(std::floor(at)));
-    };
-    for (int v = first(centre.y() - reach); v <= last(centre.y() + reach, luma.height_px); ++v)
-      for (int u = first(centre.x() - reach); u <= last(centre.x() + reach, luma.width_px); ++u) {
-        const Eigen::Vector2d at(u, v);
-        const double distance = (at - centre).norm();
-        if (distance > reach) continue;
-        if ((u + 2 * v) % (distance > dense ? stride : rim_stride) != 0) continue;
-        bool left_out = false, inside = false;
-        for (std::size_t j = 0; j < guesses.size(); ++j) {
-          const double from_px = (at - guesses[j].centre_px).norm();
-          left_out |= j < i && from_px <= reach_px_[j];
-          // Deep inside a clipped area every model agrees.
-          left_out |= from_px < guesses[j].rim_px - kRimInside_px;
-          inside |= from_px < guesses[j].rim_px - kHoleDepth_px;
-        }
-        for (const OtherLamp& other : others)
-          left_out |= (at - other.centre_px).squaredNorm() < other.core_px * other.core_px;
-        if (left_out) continue;
-        const int code = luma.code(u, v);
-        const double here = static_cast<double>(light.linear[static_cast<std::size_t>(code)]);
-        const bool hole = inside && here > kHoleLight * light.clip_light;
-        samples_.push_back({u, v, here, 0.0, distance / reach, hole || code >= light.clip_code});
-      }
-  }
-  add_others(others);
+void LampFitter::Rows::resize(std::size_t lamp_count, std::size_t samples) {
+  lamps.resize(lamp_count);
+  for (DiscImage::Pixels& lamp : lamps) lamp.clear(samples);
+  backdrop.assign(samples, 0.0F);
+  for (std::vector<float>* one : {&expected, &residual, &weight, &pull, &noise_share})
+    one->resize(samples);
 }
 
-void LampFitter::add_others(std::span<const OtherLamp> others) {
+void LampFitter::gather(const FrameLight& light, std::span<const LampGuess> guesses,
+                        std::span<const OtherLamp> others) {
+  reach_px_.clear();
+  middle_px_ = Eigen::Vector2d::Zero();
+  for (const LampGuess& guess : guesses) {
+    reach_px_.push_back(reach_px(guess.rim_px, guess.size_px, image_.shape().core_sigma_px) +
+                        0.5 * guess.motion_px.norm());
+    middle_px_ += guess.centre_px / static_cast<double>(guesses.size());
+  }
+  samples_.gather(light, guesses, reach_px_, others);
   for (const OtherLamp& other : others) {
     image_.set_radius(other.radius_px);
-    for (Sample& sample : samples_)
-      sample.others +=
-          other.flux *
-          image_.at(sample.u - other.centre_px.x(), sample.v - other.centre_px.y()).share;
+    image_.add_to(samples_.others, samples_.u_px, samples_.v_px,
+                  other.centre_px - samples_.origin_px, other.flux);
+  }
+  terms_.clear();
+  for (Rows* rows : {&accepted_, &trial_}) rows->resize(guesses.size(), samples_.size());
+}
+
+// As many of the background's terms as the attempt has.
+void LampFitter::add_terms() {
+  const Eigen::Vector2d middle_px = middle_px_ - samples_.origin_px;
+  for (auto i = terms_.size(); i < static_cast<std::size_t>(attempt_.background_terms); ++i) {
+    terms_.emplace_back(samples_.size(), 1.0F);
+    for (std::size_t k = 0; k < samples_.size() && i > 0; ++k) {
+      const double x = (static_cast<double>(samples_.u_px[k]) - middle_px.x()) / reach_px_.front();
+      const double y = (static_cast<double>(samples_.v_px[k]) - middle_px.y()) / reach_px_.front();
+      const double terms[] = {1.0, x, y, x * x - y * y, 2.0 * x * y, x * x + y * y};
+      terms_[i][k] = static_cast<float>(terms[i]);
+    }
   }
 }
 
@@ -122,94 +101,91 @@ void LampFitter::set_parameters(const Vector& parameters) {
     images_[i].set_radius(std::sqrt(parameters_[base(i) + 3]));
 }
 
-// One of the terms of a sum over lamps and, for a lamp that moves, over its path.
-double LampFitter::model(const Sample& sample, Vector& gradient, double& by_wing_share,
-                         double& backdrop) const {
-  const Eigen::Index background = base(images_.size());
-  gradient[background] = 1.0;
-  if (attempt_.background_terms > 1) {
-    const double x = (sample.u - middle_px_.x()) / reach_px_.front();
-    const double y = (sample.v - middle_px_.y()) / reach_px_.front();
-    gradient[background + 1] = x;
-    gradient[background + 2] = y;
-    if (attempt_.background_terms > 3) {
-      gradient[background + 3] = x * x - y * y;
-      gradient[background + 4] = 2.0 * x * y;
-    }
-    if (attempt_.background_terms > 5) gradient[background + 5] = x * x + y * y;
-  }
-  backdrop = 0.0;
-  for (Eigen::Index i = background; i < size(); ++i) backdrop += gradient[i] * parameters_[i];
-  double light = sample.others + backdrop;
-  by_wing_share = 0.0;
+void LampFitter::list_rows(const Rows& rows) {
+  rows_.clear();
+  scale_ = Vector::Ones(size());
   for (std::size_t i = 0; i < images_.size(); ++i) {
-    const Eigen::Index at = base(i);
-    const double flux = std::exp(parameters_[at]);
-    const double du = sample.u - parameters_[at + 1], dv = sample.v - parameters_[at + 2];
-    DiscImage::Pixel pixel;
-    for (const Smear& smear : smears_[i]) {
-      const DiscImage::Pixel part =
-          images_[i].at(du - smear.offset_px.x(), dv - smear.offset_px.y());
-      pixel.share += smear.weight * part.share;
-      pixel.per_u += smear.weight * part.per_u;
-      pixel.per_v += smear.weight * part.per_v;
-      pixel.per_radius += smear.weight * part.per_radius;
-      pixel.per_wing_share += smear.weight * part.per_wing_share;
-    }
-    light += flux * pixel.share;
-    by_wing_share += flux * pixel.per_wing_share;
-    gradient[at] = flux * pixel.share;
-    gradient[at + 1] = flux * pixel.per_u;
-    gradient[at + 2] = flux * pixel.per_v;
-    if (per_lamp_ == 4) gradient[at + 3] = flux * pixel.per_radius / (2.0 * images_[i].radius_px());
+    const DiscImage::Pixels& lamp = rows.lamps[i];
+    const double flux = std::exp(parameters_[base(i)]);
+    scale_.segment(base(i), per_lamp_).setConstant(flux);
+    for (const std::vector<float>* row : {&lamp.share, &lamp.per_u, &lamp.per_v})
+      rows_.emplace_back(*row);
+    if (per_lamp_ < 4) continue;
+    rows_.emplace_back(lamp.per_radius);
+    scale_[base(i) + 3] = flux / (2.0 * images_[i].radius_px());
   }
-  return light;
+  for (Eigen::Index i = 0; i < attempt_.background_terms; ++i)
+    rows_.emplace_back(terms_[static_cast<std::size_t>(i)]);
+}
+
+LampFitter::Matrix LampFitter::squares(std::span<const float> weight) {
+  sums_.resize(rows_.size() * (rows_.size() + 1) / 2);
+  sum_squares(rows_, weight, sums_);
+  Matrix all(size(), size());
+  std::size_t k = 0;
+  for (Eigen::Index i = 0; i < size(); ++i)
+    for (Eigen::Index j = 0; j <= i; ++j)
+      all(i, j) = all(j, i) = scale_[i] * scale_[j] * sums_[k++];
+  return all;
+}
+
+LampFitter::Vector LampFitter::products(std::span<const float> factor) {
+  Vector all(size());
+  sum_products(rows_, factor, {all.data(), rows_.size()});
+  return all.cwiseProduct(scale_);
+}
+
+void LampFitter::weigh_clipped(const FrameLight& light, Sum& sum) {
+  const double variance = light.noise.variance(light.clip_light), sigma = std::sqrt(variance);
+  for (std::size_t k = samples_.clear; k < samples_.size(); ++k) {
+    trial_.weight[k] = trial_.pull[k] = 0.0F;
+    if (samples_.keep[k] == 0.0F) continue;
+    const Censored censored((static_cast<double>(trial_.expected[k]) - light.clip_light) / sigma);
+    sum.cost += censored.cost;
+    sum.frozen_cost += censored.cost;
+    trial_.weight[k] = static_cast<float>(censored.curve / variance);
+    trial_.pull[k] = static_cast<float>(censored.slope / sigma);
+  }
 }
 
 // Scores with the variance of the model rather than of the pixel: the likelihood's own for counts,
 // and without the bias of weights that know the noise.
 LampFitter::Sum LampFitter::add_up(const FrameLight& light) {
-  Sum sum;
-  sum.information = Matrix::Zero(size(), size());
-  sum.score = sum.by_wing_share = Vector::Zero(size());
-  Vector gradient(size());
-  const double clip_variance = light.noise.variance(light.clip_light);
-  const double clip_sigma = std::sqrt(clip_variance);
-  for (std::size_t k = 0; k < samples_.size(); ++k) {
-    const Sample& sample = samples_[k];
-    double by_wing_share, backdrop;
-    const double expected = model(sample, gradient, by_wing_share, backdrop);
-    State& trial = trial_states_[k];
-    trial = {};
-    double pull;
-    if (sample.clipped) {
-      const Censored censored((expected - light.clip_light) / clip_sigma);
-      trial.variance = clip_variance;
-      sum.cost += censored.cost;
-      sum.frozen_cost += censored.cost;
-      trial.weight = censored.curve / clip_variance;
-      pull = censored.slope / clip_sigma;
-      if (trial.weight == 0.0) continue;
-    } else {
-      const double noise = light.noise.variance(expected);
-      const double uneven = attempt_.uneven * std::max(backdrop, 0.0);
-      trial.residual = sample.light - expected;
-      trial.variance = noise + kPatch_px2 * uneven * uneven;
-      trial.noise_share = noise / trial.variance;
-      trial.weight = 1.0 / trial.variance;
-      const double square = trial.residual * trial.residual;
-      sum.cost += square * trial.weight;
-      if (states_[k].variance > 0.0) sum.frozen_cost += square / states_[k].variance;
-      pull = trial.residual * trial.weight;
-    }
-    for (Eigen::Index i = 0; i < size(); ++i) {
-      const double weighted = trial.weight * gradient[i];
-      sum.score[i] += pull * gradient[i];
-      sum.by_wing_share[i] += weighted * by_wing_share;
-      for (Eigen::Index j = 0; j <= i; ++j) sum.information(i, j) += weighted * gradient[j];
-    }
+  const std::size_t clear = samples_.clear;
+  trial_.resize(images_.size(), samples_.size());
+  for (std::size_t i = 0; i < images_.size(); ++i)
+    for (const Smear& smear : smears_[i])
+      images_[i].add_to(trial_.lamps[i], samples_.u_px, samples_.v_px,
+                        parameters_.segment<2>(base(i) + 1) + smear.offset_px - samples_.origin_px,
+                        smear.weight);
+  list_rows(trial_);
+  const auto terms = static_cast<std::size_t>(attempt_.background_terms);
+  factor_.clear();
+  for (Eigen::Index i = base(images_.size()); i < size(); ++i)
+    factor_.push_back(static_cast<float>(parameters_[i]));
+  add_rows(std::span(rows_).last(terms), factor_, trial_.backdrop);
+  trial_.expected = samples_.others;
+  std::vector<PixelRow> shares{trial_.backdrop};
+  factor_.assign(1, 1.0F);
+  for (std::size_t i = 0; i < images_.size(); ++i) {
+    shares.emplace_back(trial_.lamps[i].share);
+    factor_.push_back(static_cast<float>(scale_[base(i)]));
   }
-  sum.information.triangularView<Eigen::StrictlyUpper>() = sum.information.transpose();
+  add_rows(shares, factor_, trial_.expected);
+
+  const auto row = [&](const std::vector<float>& all) { return PixelRow(all).first(clear); };
+  const auto out = [&](std::vector<float>& all) { return std::span(all).first(clear); };
+  const WeighedCosts costs =
+      weigh({row(samples_.light), row(samples_.keep), row(trial_.expected), row(trial_.backdrop),
+             row(accepted_.weight), out(trial_.residual), out(trial_.weight), out(trial_.pull),
+             out(trial_.noise_share)},
+            light.noise, kPatch_px2 * attempt_.uneven * attempt_.uneven);
+  Sum sum;
+  sum.cost = costs.own;
+  sum.frozen_cost = costs.frozen;
+  weigh_clipped(light, sum);
+  sum.information = squares(trial_.weight);
+  sum.score = products(trial_.pull);
   return sum;
 }
 
@@ -218,16 +194,18 @@ void LampFitter::start(const FrameLight& light, std::span<const LampGuess> guess
                        double rim_share, bool radius_known) {
   const double core_px = image_.shape().core_sigma_px;
   lights_.clear();
-  for (const Sample& sample : samples_) lights_.push_back(sample.light - sample.others);
+  for (std::size_t k = 0; k < samples_.size(); ++k)
+    if (samples_.keep[k] > 0.0F) lights_.push_back(samples_.light[k] - samples_.others[k]);
+  double sum = 0.0, most = 0.0;
+  for (const float here : lights_) {
+    sum += static_cast<double>(here);
+    most = std::max(most, static_cast<double>(here));
+  }
   const auto middle = lights_.begin() + static_cast<std::ptrdiff_t>(lights_.size() / 2);
   std::nth_element(lights_.begin(), middle, lights_.end());
-  const double background = std::min(*middle, 0.5 * light.clip_light);
-  double sum = 0.0, most = 0.0;
-  for (const Sample& sample : samples_) {
-    const double here = sample.light - sample.others - background;
-    sum += here;
-    most = std::max(most, here);
-  }
+  const double background = std::min(static_cast<double>(*middle), 0.5 * light.clip_light);
+  sum -= background * static_cast<double>(lights_.size());
+  most -= background;
   sum = std::max(sum, 3.0 * most);
   Vector first = Vector::Zero(size());
   first[base(guesses.size())] = background;
@@ -278,36 +256,47 @@ LampFitter::Vector LampFitter::step(const Sum& sum, double damping) const {
   return move;
 }
 
+// None where a lamp would leave its pixels.
+std::optional<LampFitter::Vector> LampFitter::moved(const Vector& move,
+                                                    std::span<const LampGuess> guesses) const {
+  Vector after = parameters_ + move;
+  for (std::size_t lamp = 0; lamp < guesses.size(); ++lamp) {
+    const Eigen::Index at = base(lamp);
+    const double most_px = std::max(1.0, 0.5 * guesses[lamp].size_px);
+    after[at] = parameters_[at] + std::clamp(move[at], -1.5, 1.5);
+    for (Eigen::Index k = 1; k <= 2; ++k)
+      after[at + k] = parameters_[at + k] + std::clamp(move[at + k], -most_px, most_px);
+    if (per_lamp_ < 4) continue;
+    const double before = parameters_[at + 3];
+    const double low = std::max(0.2 * before, kLeastRadius_px * kLeastRadius_px);
+    const double high =
+        std::min(4.0 * before + 0.5, DiscImage::kMostRadius_px * DiscImage::kMostRadius_px);
+    after[at + 3] = std::clamp(after[at + 3], low, high);
+    if ((after.segment<2>(at + 1) - guesses[lamp].centre_px).norm() > reach_px_[lamp])
+      return std::nullopt;
+  }
+  return after;
+}
+
 // Levenberg and Marquardt; true where it came to rest.
 bool LampFitter::climb(const FrameLight& light, std::span<const LampGuess> guesses, Sum& sum) {
   sum = add_up(light);
-  std::swap(states_, trial_states_);
+  std::swap(accepted_, trial_);
   double damping = 1e-3;
   for (int i = 0; i < kMostIterations; ++i, ++result_.iterations) {
     Vector move = step(sum, damping);
     if (!move.allFinite()) return false;
-    if (damping < 1.0 && move.dot(sum.score) < kDone) return true;
+    const double fall = move.dot(sum.score);
+    if (damping < 1.0 && fall < kDone) return true;
+    const std::optional<Vector> after = moved(move, guesses);
+    if (!after) return false;
     const Vector before = parameters_;
-    Vector after = before + move;
-    for (std::size_t lamp = 0; lamp < guesses.size(); ++lamp) {
-      const Eigen::Index at = base(lamp);
-      const double most_px = std::max(1.0, 0.5 * guesses[lamp].size_px);
-      after[at] = before[at] + std::clamp(move[at], -1.5, 1.5);
-      for (Eigen::Index k = 1; k <= 2; ++k)
-        after[at + k] = before[at + k] + std::clamp(move[at + k], -most_px, most_px);
-      if (per_lamp_ < 4) continue;
-      const double low = std::max(0.2 * before[at + 3], kLeastRadius_px * kLeastRadius_px);
-      const double high = std::min(4.0 * before[at + 3] + 0.5,
-                                   DiscImage::kMostRadius_px * DiscImage::kMostRadius_px);
-      after[at + 3] = std::clamp(after[at + 3], low, high);
-      if ((after.segment<2>(at + 1) - guesses[lamp].centre_px).norm() > reach_px_[lamp])
-        return false;
-    }
-    set_parameters(after);
+    set_parameters(*after);
+    if (damping < 1.0 && fall < kLastStep) return true;
     Sum trial = add_up(light);
-    if (trial.frozen_cost <= sum.cost + 1e-9) {
+    if (trial.frozen_cost <= (1.0 + kRounding) * sum.cost + kLeastFall) {
       sum = std::move(trial);
-      std::swap(states_, trial_states_);
+      std::swap(accepted_, trial_);
       damping = std::max(0.2 * damping, 1e-7);
     } else {
       set_parameters(before);
@@ -322,27 +311,31 @@ bool LampFitter::climb(const FrameLight& light, std::span<const LampGuess> guess
 bool LampFitter::climb_from_best(const FrameLight& light, std::span<const LampGuess> guesses,
                                  bool several, bool radius_known, Sum& best) {
   static constexpr std::array<double, 4> kShares{0.85, 0.4, 0.6, 0.15};
-  bool found = false;
+  bool found = false, last_is_best = false;
   double least = 0.0;
   Vector best_parameters;
   LampsFit best_result;
   for (const double share : std::span(kShares).first(several ? kShares.size() : 1)) {
     start(light, guesses, share, radius_known);
     Sum sum;
+    last_is_best = false;
     if (!climb(light, guesses, sum)) continue;
     judge(guesses);
     double cost = sum.cost;
-    for (const State& state : states_) cost += std::log(state.variance);
+    for (std::size_t k = 0; k < samples_.clear && several; ++k)
+      if (accepted_.weight[k] > 0.0F) cost -= static_cast<double>(std::log(accepted_.weight[k]));
     if (found && cost >= least) continue;
-    found = true;
+    found = last_is_best = true;
     least = cost;
     best = std::move(sum);
     best_parameters = parameters_;
     best_result = result_;
     if (!result_.bad_fit) break;
   }
-  if (!found) return false;
+  if (!found || last_is_best) return found;
   set_parameters(best_parameters);
+  add_up(light);
+  std::swap(accepted_, trial_);
   result_ = best_result;
   return true;
 }
@@ -351,7 +344,7 @@ bool LampFitter::fit_background(const FrameLight& light, std::span<const LampGue
                                 bool radius_known, bool go_on, Sum& sum) {
   const Eigen::Index before = size();
   parameters_.conservativeResize(base(guesses.size()) + attempt_.background_terms);
-  if (samples_.size() < 2 * static_cast<std::size_t>(size())) return false;
+  if (samples_.used < 2 * static_cast<std::size_t>(size())) return false;
   const bool clips = std::any_of(guesses.begin(), guesses.end(),
                                  [](const LampGuess& guess) { return guess.rim_px > 0.0; });
   const bool told = std::all_of(guesses.begin(), guesses.end(),
@@ -372,16 +365,15 @@ bool LampFitter::fit_background(const FrameLight& light, std::span<const LampGue
 
 void LampFitter::judge(std::span<const LampGuess> guesses) {
   ResidualShape shape(guesses.size());
-  for (std::size_t k = 0; k < samples_.size(); ++k) {
-    const Sample& sample = samples_[k];
-    const State& state = states_[k];
-    if (sample.clipped) continue;
+  for (std::size_t k = 0; k < samples_.clear; ++k) {
+    if (samples_.keep[k] == 0.0F) continue;
+    const Eigen::Vector2d at_px =
+        samples_.origin_px + Eigen::Vector2f(samples_.u_px[k], samples_.v_px[k]).cast<double>();
     std::size_t nearest = 0;
     double least = 1e9;
     Eigen::Vector2d offset_px;
     for (std::size_t i = 0; i < guesses.size(); ++i) {
-      const Eigen::Vector2d from_px =
-          Eigen::Vector2d(sample.u, sample.v) - parameters_.segment<2>(base(i) + 1);
+      const Eigen::Vector2d from_px = at_px - parameters_.segment<2>(base(i) + 1);
       const double inner_px = std::max(guesses[i].rim_px - 1.0, 0.0);
       const double ring =
           std::max(from_px.norm() - inner_px, 0.0) / (attempt_.reach * reach_px_[i] - inner_px);
@@ -390,8 +382,10 @@ void LampFitter::judge(std::span<const LampGuess> guesses) {
       least = ring;
       offset_px = from_px;
     }
-    shape.add(nearest, offset_px, least, state.residual / std::sqrt(state.variance),
-              state.noise_share);
+    const auto residual = static_cast<double>(accepted_.residual[k]);
+    shape.add(nearest, offset_px, least,
+              residual * std::sqrt(static_cast<double>(accepted_.weight[k])),
+              static_cast<double>(accepted_.noise_share[k]));
   }
   const ResidualShape::Verdict verdict =
       shape.verdict(static_cast<double>(per_lamp_), static_cast<double>(attempt_.background_terms));
@@ -407,19 +401,42 @@ void LampFitter::judge(std::span<const LampGuess> guesses) {
 
 // Of the information, and of what the residuals themselves say of their variance (Huber 1967): the
 // larger on the diagonal. The camera's electrons are not known.
-LampFitter::Matrix LampFitter::covariance(const Matrix& inverse) const {
-  Matrix spread = Matrix::Zero(size(), size());
-  Vector gradient(size());
-  for (std::size_t k = 0; k < samples_.size(); ++k) {
-    const State& state = states_[k];
-    if (state.weight == 0.0) continue;
-    double by_wing_share, backdrop;
-    model(samples_[k], gradient, by_wing_share, backdrop);
-    const double pull = state.weight * state.residual;
-    spread.noalias() +=
-        (samples_[k].clipped ? state.weight : pull * pull) * gradient * gradient.transpose();
-  }
+LampFitter::Matrix LampFitter::covariance(const Matrix& inverse) {
+  factor_ = accepted_.weight;
+  for (std::size_t k = 0; k < samples_.clear; ++k)
+    factor_[k] = accepted_.pull[k] * accepted_.pull[k];
+  const Matrix spread = squares(factor_);
   return (inverse * result_.variance_factor).cwiseMax(inverse * spread * inverse);
+}
+
+LampFitter::Vector LampFitter::by_wing_share() {
+  factor_ = accepted_.weight;
+  for (std::size_t k = 0; k < samples_.size(); ++k) {
+    double light = 0.0;
+    for (std::size_t i = 0; i < images_.size(); ++i)
+      light += scale_[base(i)] * static_cast<double>(accepted_.lamps[i].per_wing_share[k]);
+    factor_[k] *= static_cast<float>(light);
+  }
+  return products(factor_);
+}
+
+// Gauss and Legendre, two points to each piece of a lamp's way.
+void LampFitter::smear(std::span<const LampGuess> guesses) {
+  smears_.assign(guesses.size(), {});
+  for (std::size_t i = 0; i < guesses.size(); ++i) {
+    const Eigen::Vector2d& motion_px = guesses[i].motion_px;
+    const double length_px = motion_px.norm();
+    if (length_px < kStill_px) {
+      smears_[i].push_back({Eigen::Vector2d::Zero(), 1.0});
+      continue;
+    }
+    const int pieces = static_cast<int>(std::ceil(length_px / kSmearPiece_px));
+    for (int piece = 0; piece < pieces; ++piece)
+      for (const double node : {-0.28867513459481287, 0.28867513459481287}) {
+        const double share = (piece + 0.5 + node) / pieces - 0.5;
+        smears_[i].push_back({share * motion_px, 0.5 / pieces});
+      }
+  }
 }
 
 const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGuess> guesses,
@@ -434,34 +451,15 @@ const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGue
   result_ = {};
   per_lamp_ = radius_known ? 3 : 4;
   images_.assign(guesses.size(), image_);
-  smears_.assign(guesses.size(), {});
-  for (std::size_t i = 0; i < guesses.size(); ++i) {
-    // Gauss and Legendre, two points to each piece.
-    const Eigen::Vector2d& motion_px = guesses[i].motion_px;
-    const double length_px = motion_px.norm();
-    if (length_px < kStill_px) {
-      smears_[i].push_back({Eigen::Vector2d::Zero(), 1.0});
-      continue;
-    }
-    const int pieces = static_cast<int>(std::ceil(length_px / kSmearPiece_px));
-    for (int piece = 0; piece < pieces; ++piece)
-      for (const double node : {-0.28867513459481287, 0.28867513459481287}) {
-        const double share = (piece + 0.5 + node) / pieces - 0.5;
-        smears_[i].push_back({share * motion_px, 0.5 / pieces});
-      }
-  }
+  smear(guesses);
   gather(light, guesses, others);
-  middle_px_ = Eigen::Vector2d::Zero();
-  for (const LampGuess& guess : guesses)
-    middle_px_ += guess.centre_px / static_cast<double>(guesses.size());
   Sum sum;
   bool found = false;
   for (int k = first_attempt; k < static_cast<int>(kAttempts.size()); ++k) {
     attempt_ = kAttempts[static_cast<std::size_t>(k)];
     result_.attempt = k;
-    std::erase_if(samples_, [&](const Sample& one) { return one.place > attempt_.reach; });
-    states_.assign(samples_.size(), {});
-    trial_states_.resize(samples_.size());
+    samples_.keep_within(attempt_.reach);
+    add_terms();
     found = fit_background(light, guesses, radius_known, found, sum);
     // Where the plainest backgrounds lead nowhere, a freer one takes the lamp's light for its own.
     if (!found && k >= kNothingRound) break;
@@ -472,8 +470,9 @@ const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGue
   const Eigen::LDLT<Matrix> information(sum.information);
   if (information.info() != Eigen::Success || !information.isPositive()) return result_;
   const Matrix inverse = information.solve(Matrix::Identity(size(), size()));
+  list_rows(accepted_);
   const Matrix found_covariance = covariance(inverse);
-  const Vector by_wings = information.solve(sum.by_wing_share) * wing_share_sigma_;
+  const Vector by_wings = information.solve(by_wing_share()) * wing_share_sigma_;
   const auto sigma = [&](Eigen::Index i) {
     return std::hypot(std::sqrt(std::max(found_covariance(i, i), 0.0)), by_wings[i]);
   };

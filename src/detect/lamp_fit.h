@@ -7,48 +7,10 @@
 
 #include <Eigen/Core>
 
+#include "detect/lamp_samples.h"
 #include "optics/disc_image.h"
-#include "types/frame.h"
 
 namespace vildar {
-
-/// How the light of a pixel scatters, in units of nominal white.
-struct PixelNoise {
-  double dark_variance = 0.0;  ///< of a pixel without light, rounding left out
-  double electrons = 20000.0;  ///< of a pixel at nominal white
-  /// Variance of rounding to whole codes at 0 .. 1, evenly spaced; at least one entry.
-  std::span<const float> rounding;
-
-  double variance(double light) const;
-};
-
-/// A frame's pixels as light. Pixels from `clip_code` on say only that their light is at least
-/// `clip_light`.
-struct FrameLight {
-  LumaView luma;
-  std::span<const float> linear;  ///< of each code; goes on below black
-  int clip_code = 255;
-  double clip_light = 1.0;
-  PixelNoise noise;
-};
-
-struct LampGuess {
-  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
-  double rim_px = 0.0;   ///< radius of the clipped area; 0 where nothing clips
-  double size_px = 1.0;  ///< standard deviation of what is seen about the centre, an axis
-  /// How far the picture moved during the exposure, px.
-  Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();
-  std::optional<double> radius_px;  ///< of the disc, from an earlier picture
-  std::optional<double> flux;       ///< from an earlier picture
-};
-
-/// A lamp about which enough is known: its light is taken off, and what it covers is left out.
-struct OtherLamp {
-  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
-  double radius_px = 0.0;
-  double flux = 0.0;
-  double core_px = 0.0;  ///< see LampFitter::core_px
-};
 
 struct LampFit {
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
@@ -112,22 +74,17 @@ class LampFitter {
   /// An attempt at a background that leaves what is round, up to this one, is not at fault: the
   /// lamps' own light is.
   static constexpr int kNothingRound = 1;
-  struct Sample {
-    int u, v;
-    double light;
-    double others;  // light of other lamps
-    double place;   // share of the reach of the nearest lamp
-    bool clipped;
-  };
-  /// Of a sample under some parameters; variance 0 where there are none yet.
-  struct State {
-    double residual = 0.0, variance = 0.0;
-    double noise_share = 1.0;  // of the variance
-    double weight = 0.0;       // in the information
+  /// Of all samples under some parameters, row by row. Without `keep` a weight is the sample's
+  /// share in the information; of one that does not clip 1 / variance.
+  struct Rows {
+    std::vector<DiscImage::Pixels> lamps;  // of unit flux
+    std::vector<float> expected, backdrop;
+    std::vector<float> residual, weight, pull, noise_share;
+    void resize(std::size_t lamp_count, std::size_t samples);
   };
   struct Sum {
     Matrix information;
-    Vector score, by_wing_share;
+    Vector score;
     double cost = 0.0;         // with the variances of its own parameters
     double frozen_cost = 0.0;  // with those accepted last
   };
@@ -138,17 +95,22 @@ class LampFitter {
 
   void gather(const FrameLight& light, std::span<const LampGuess> guesses,
               std::span<const OtherLamp> others);
-  void add_others(std::span<const OtherLamp> others);
+  void add_terms();
+  void smear(std::span<const LampGuess> guesses);
   void start(const FrameLight& light, std::span<const LampGuess> guesses, double rim_share,
              bool radius_known);
   bool climb_from_best(const FrameLight& light, std::span<const LampGuess> guesses, bool several,
                        bool radius_known, Sum& best);
   void set_parameters(const Vector& parameters);
-  double model(const Sample& sample, Vector& gradient, double& by_wing_share,
-               double& backdrop) const;
+  void list_rows(const Rows& rows);
+  void weigh_clipped(const FrameLight& light, Sum& sum);
+  Matrix squares(std::span<const float> weight);
+  Vector products(std::span<const float> factor);
   Sum add_up(const FrameLight& light);
   Vector step(const Sum& sum, double damping) const;
-  Matrix covariance(const Matrix& inverse) const;
+  std::optional<Vector> moved(const Vector& move, std::span<const LampGuess> guesses) const;
+  Matrix covariance(const Matrix& inverse);
+  Vector by_wing_share();
   bool climb(const FrameLight& light, std::span<const LampGuess> guesses, Sum& sum);
   void judge(std::span<const LampGuess> guesses);
   bool fit_background(const FrameLight& light, std::span<const LampGuess> guesses,
@@ -161,9 +123,13 @@ class LampFitter {
   std::vector<DiscImage> images_;           // of each lamp
   std::vector<std::vector<Smear>> smears_;  // of each lamp
   std::vector<double> reach_px_;
-  std::vector<Sample> samples_;
-  std::vector<State> states_, trial_states_;  // under the accepted parameters, and those tried
-  std::vector<double> lights_;
+  LampSamples samples_;
+  std::vector<std::vector<float>> terms_;     // of the background, of all samples
+  Rows accepted_, trial_;                     // under the parameters accepted last, and those tried
+  std::vector<std::span<const float>> rows_;  // one of each parameter, over `scale_`
+  Vector scale_;
+  std::vector<double> sums_;
+  std::vector<float> factor_, lights_;
   // Of each lamp ln flux, centre and, where it is not known, the disc's radius squared; background
   // as a polynomial of the place about the lamps' middle, in units of the first one's reach.
   Vector parameters_;

@@ -73,8 +73,13 @@ struct PixelMean {
 struct DiscImage::Tables {
   // The mean over a pixel, as the pixel goes round the disc, is to great accuracy a constant and a
   // cosine of four times the angle.
-  struct CoreNode {
-    double round = 0.0, square = 0.0;
+  struct CoreRow {
+    std::vector<float> round, square;
+    explicit CoreRow(std::size_t nodes) : round(nodes), square(nodes) {}
+    void set(std::size_t node, double round_here, double square_here) {
+      round[node] = static_cast<float>(round_here);
+      square[node] = static_cast<float>(square_here);
+    }
   };
 
   explicit Tables(const PsfShape& psf)
@@ -89,7 +94,7 @@ struct DiscImage::Tables {
   PsfShape shape;
   double step_px, disc_step_px;
   std::vector<double> within;  // of a gaussian at each distance, light inside the last row's disc
-  std::vector<std::vector<CoreNode>> core_rows;
+  std::vector<CoreRow> core_rows;
   std::vector<std::array<double, kWingNodes>> wing_rows;
 };
 
@@ -133,19 +138,19 @@ void DiscImage::Tables::add_core_row() {
             cubic.value[2] * within[below + 1] + cubic.value[3] * within[below + 2]) /
            (kPi * disc_px * disc_px);
   };
-  std::vector<CoreNode> row(
-      static_cast<std::size_t>((disc_px + kReach * sigma_px + kPixelReach_px) / step_px) + 4);
+  CoreRow row(static_cast<std::size_t>((disc_px + kReach * sigma_px + kPixelReach_px) / step_px) +
+              4);
   const double flat = index > 0.0 ? 1.0 / (kPi * disc_px * disc_px) : 0.0;
-  for (std::size_t i = 1; i < row.size(); ++i) {
+  for (std::size_t i = 1; i < row.round.size(); ++i) {
     const double radius_px = at_px(i - 1);
     if (radius_px < disc_px - kReach * sigma_px - kPixelReach_px) {
-      row[i] = {flat, 0.0};
+      row.set(i, flat, 0.0);
       continue;
     }
     const PixelMean mean(radius_px, density);
-    row[i] = {mean.round, mean.square};
+    row.set(i, mean.round, mean.square);
   }
-  row[0] = row[2];
+  row.set(0, row.round[2], row.square[2]);
   core_rows.push_back(std::move(row));
 }
 
@@ -213,18 +218,22 @@ void DiscImage::set_radius(double radius_px) {
   {
     const Cubic cubic = rows_about(radius_px / tables_->disc_step_px, rows);
     while (tables_->core_rows.size() <= rows[3]) tables_->add_core_row();
-    core_.assign(tables_->core_rows[rows[3]].size(), Node{});
+    const std::size_t nodes = tables_->core_rows[rows[3]].round.size();
+    for (std::vector<float>* one :
+         {&core_.round, &core_.round_slope, &core_.square, &core_.square_slope})
+      one->assign(nodes, 0.0F);
     for (std::size_t k = 0; k < 4; ++k) {
-      const auto& row = tables_->core_rows[rows[k]];
-      const double value = cubic.value[k], slope = cubic.slope[k] / tables_->disc_step_px;
-      for (std::size_t i = 0; i < row.size(); ++i) {
-        core_[i].round += value * row[i].round;
-        core_[i].round_slope += slope * row[i].round;
-        core_[i].square += value * row[i].square;
-        core_[i].square_slope += slope * row[i].square;
+      const Tables::CoreRow& row = tables_->core_rows[rows[k]];
+      const auto value = static_cast<float>(cubic.value[k]);
+      const auto slope = static_cast<float>(cubic.slope[k] / tables_->disc_step_px);
+      for (std::size_t i = 0; i < row.round.size(); ++i) {
+        core_.round[i] += value * row.round[i];
+        core_.round_slope[i] += slope * row.round[i];
+        core_.square[i] += value * row.square[i];
+        core_.square_slope[i] += slope * row.square[i];
       }
     }
-    core_reach_px_ = static_cast<double>(core_.size() - 4) * step_px_;
+    core_reach_px_ = static_cast<double>(core_.round.size() - 4) * step_px_;
   }
   const double a_px = shape_.wing_scale_px;
   unit_px_ = a_px + radius_px;
@@ -240,7 +249,8 @@ void DiscImage::set_radius(double radius_px) {
       slope += cubic.slope[k] * tables_->wing_rows[rows[k]][i];
     }
     // At a fixed share of the unit; at() adds what the growth of the unit changes.
-    wing_[i] = {value * per_px2, (slope * place_slope - 2.0 * value / unit_px_) * per_px2};
+    wing_[i] = static_cast<float>(value * per_px2);
+    wing_slope_[i] = static_cast<float>((slope * place_slope - 2.0 * value / unit_px_) * per_px2);
   }
 }
 
@@ -253,9 +263,10 @@ DiscImage::Pixel DiscImage::at(double du_px, double dv_px) const {
   const Cubic far(y - static_cast<double>(wing_at));
   double wing = 0.0, wing_r = 0.0, wing_radius = 0.0;
   for (std::size_t k = 0; k < 4; ++k) {
-    wing += far.value[k] * wing_[wing_at + k].wing;
-    wing_r += far.slope[k] * wing_[wing_at + k].wing;
-    wing_radius += far.value[k] * wing_[wing_at + k].slope;
+    const auto here = static_cast<double>(wing_[wing_at + k]);
+    wing += far.value[k] * here;
+    wing_r += far.slope[k] * here;
+    wing_radius += far.value[k] * static_cast<double>(wing_slope_[wing_at + k]);
   }
   wing_r *= kWingSteps * unit_px_ / (reach_px * reach_px);
   wing_radius -= wing_r * r_px / unit_px_;
@@ -273,13 +284,15 @@ DiscImage::Pixel DiscImage::at(double du_px, double dv_px) const {
     double round = 0.0, round_r = 0.0, round_radius = 0.0;
     double square = 0.0, square_r = 0.0, square_radius = 0.0;
     for (std::size_t k = 0; k < 4; ++k) {
-      const Node& node = core_[below + k];
-      round += near.value[k] * node.round;
-      round_r += near.slope[k] * node.round;
-      round_radius += near.value[k] * node.round_slope;
-      square += near.value[k] * node.square;
-      square_r += near.slope[k] * node.square;
-      square_radius += near.value[k] * node.square_slope;
+      const std::size_t node = below + k;
+      const auto round_here = static_cast<double>(core_.round[node]);
+      const auto square_here = static_cast<double>(core_.square[node]);
+      round += near.value[k] * round_here;
+      round_r += near.slope[k] * round_here;
+      round_radius += near.value[k] * static_cast<double>(core_.round_slope[node]);
+      square += near.value[k] * square_here;
+      square_r += near.slope[k] * square_here;
+      square_radius += near.value[k] * static_cast<double>(core_.square_slope[node]);
     }
     // cos(4 angle) = 1 - 8 cos^2 sin^2.
     const double cosine = du_px * inverse_r, sine = dv_px * inverse_r;

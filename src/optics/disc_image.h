@@ -1,12 +1,18 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <memory>
+#include <span>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "types/psf.h"
 
 namespace vildar {
+
+struct DiscProfile;
 
 /// The picture that a uniform disc of unit flux (a lamp) leaves on square pixels behind a
 /// point-spread function, with its derivatives. Tabulated: rows over the distance from the centre
@@ -33,12 +39,29 @@ class DiscImage {
   /// Of the pixel that lies (du, dv) px from the disc's centre.
   Pixel at(double du_px, double dv_px) const;
 
+  /// Members of Pixel for many pixels, in single precision; per_radius as the disc grows.
+  struct Pixels {
+    std::vector<float> share, per_u, per_v, per_radius, per_wing_share;
+    void clear(std::size_t count);  ///< all 0
+  };
+  /// Pixels come in multiples of so many.
+  static constexpr std::size_t kBatch = 16;
+  /// Adds `weight` times the pixels at (u, v) px of a disc in `centre_px` to `sum`. Throws
+  /// std::invalid_argument where the sizes differ or are no multiple of kBatch.
+  void add_to(Pixels& sum, std::span<const float> u_px, std::span<const float> v_px,
+              const Eigen::Vector2d& centre_px, double weight) const;
+  /// The same for Pixel::share alone.
+  void add_to(std::vector<float>& share, std::span<const float> u_px, std::span<const float> v_px,
+              const Eigen::Vector2d& centre_px, double weight) const;
+
  private:
   // Wings are tabulated over y = x / (1 + x), x = distance / (a + disc radius), from one node below
   // y = 0 to two above y = 1, in units of 1 / (a + disc radius)^2.
   static constexpr int kWingSteps = 96;
   static constexpr int kWingNodes = kWingSteps + 4;
   struct Tables;
+  DiscProfile profile(std::span<const float> u_px, std::span<const float> v_px,
+                      const Eigen::Vector2d& centre_px, double weight) const;
 
   PsfShape shape_;
   std::shared_ptr<Tables> tables_;
@@ -46,16 +69,13 @@ class DiscImage {
   double step_px_;  // of the core's nodes
 
   // For the radius in force.
-  struct Node {
-    double round, round_slope, square, square_slope;  // and the slopes by radius
+  struct Core {
+    std::vector<float> round, round_slope, square, square_slope;  // and the slopes by radius
   };
-  std::vector<Node> core_;
+  Core core_;
   double core_reach_px_ = 0.0;
   double unit_px_ = 1.0;
-  struct WingNode {
-    double wing, slope;
-  };
-  std::array<WingNode, kWingNodes> wing_{};
+  std::array<float, kWingNodes> wing_{}, wing_slope_{};
 };
 
 }  // namespace vildar

@@ -1,6 +1,6 @@
 // Detection and measurement of lamps behind a known point-spread function. Run with the `bench`
-// preset. Lamps come in pairs 40 px apart that move by 2 px a frame; `times_white` is how far the
-// middle of a lamp is beyond what a pixel holds.
+// preset. Lamps come in pairs 40 px apart that move by 2 px a frame, to and fro; arguments are
+// their number and how far their middle is beyond what a pixel holds, in per cent.
 
 #include <benchmark/benchmark.h>
 
@@ -65,7 +65,8 @@ void detect_lamps(benchmark::State& state, bool calibrated) {
   std::size_t i = 0;
   double fitted = 0.0;
   for (auto _ : state) {
-    Frame& frame = frames[i % kFrames];
+    const std::size_t step = i % (2 * kFrames - 2);
+    Frame& frame = frames[std::min(step, 2 * kFrames - 2 - step)];
     frame.time = time_from_seconds<CameraTime>(kFrame_s * static_cast<double>(i));
     for (const Blob& blob : detector.detect(frame).blobs) fitted += blob.lamp.has_value();
     ++i;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -111,6 +112,41 @@ TEST(DiscImage, DerivativesAreThoseOfTheShare) {
   }
 }
 
+TEST(DiscImage, ManyPixelsTogetherAreThoseOfEachAlone) {
+  constexpr double kOfPeak = 2e-5;  // single precision, over nodes a sixth of a sigma apart
+  const PsfShape shape{0.9, 0.04, 2.0, 2.5};
+  DiscImage image(shape);
+  const Eigen::Vector2d centre_px(0.37, -0.22);
+  std::vector<float> u_px, v_px;
+  for (int v = -20; v < 28; ++v)
+    for (int u = -20; u < 28; ++u) {
+      u_px.push_back(static_cast<float>(u));
+      v_px.push_back(static_cast<float>(v));
+    }
+  for (const double disc_px : {0.0, 0.4, 5.3}) {
+    image.set_radius(disc_px);
+    DiscImage::Pixels pixels;
+    pixels.clear(u_px.size());
+    std::vector<float> share(u_px.size(), 0.0F);
+    for (const double weight : {0.25, 0.75}) {
+      image.add_to(pixels, u_px, v_px, centre_px, weight);
+      image.add_to(share, u_px, v_px, centre_px, weight);
+    }
+    const double near = kOfPeak * image.at(0.0, 0.0).share;
+    for (std::size_t i = 0; i < u_px.size(); ++i) {
+      const DiscImage::Pixel one = image.at(static_cast<double>(u_px[i]) - centre_px.x(),
+                                            static_cast<double>(v_px[i]) - centre_px.y());
+      ASSERT_NEAR(pixels.share[i], one.share, near) << disc_px << " " << i;
+      ASSERT_NEAR(share[i], one.share, near) << disc_px << " " << i;
+      ASSERT_NEAR(pixels.per_u[i], one.per_u, near) << disc_px << " " << i;
+      ASSERT_NEAR(pixels.per_v[i], one.per_v, near) << disc_px << " " << i;
+      ASSERT_NEAR(pixels.per_radius[i], one.per_radius, near) << disc_px << " " << i;
+      ASSERT_NEAR(pixels.per_wing_share[i], one.per_wing_share, near / shape.wing_share)
+          << disc_px << " " << i;
+    }
+  }
+}
+
 TEST(DiscImage, RefusesWhatIsNoPsfAndNoDisc) {
   EXPECT_THROW(DiscImage({0.3, 0.0, 2.0, 2.5}), std::invalid_argument);
   EXPECT_THROW(DiscImage({0.9, 1.0, 2.0, 2.5}), std::invalid_argument);
@@ -118,6 +154,9 @@ TEST(DiscImage, RefusesWhatIsNoPsfAndNoDisc) {
   DiscImage image(PsfShape{});
   EXPECT_THROW(image.set_radius(-0.1), std::domain_error);
   EXPECT_THROW(image.set_radius(61.0), std::domain_error);
+  std::vector<float> sum(16, 0.0F), u_px(16, 0.0F), v_px(15, 0.0F);
+  EXPECT_THROW(image.add_to(sum, u_px, v_px, {0.0, 0.0}, 1.0), std::invalid_argument);
+  EXPECT_THROW(image.add_to(v_px, v_px, v_px, {0.0, 0.0}, 1.0), std::invalid_argument);
 }
 
 }  // namespace

@@ -1,0 +1,129 @@
+#include "detect/pixel_sums.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "optics/disc_image.h"
+
+// Highway compiles this file once per instruction set and picks one at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "detect/pixel_sums.cpp"
+#include <hwy/foreach_target.h>  // must come before highway.h
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace vildar {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Tag = hn::CappedTag<float, DiscImage::kBatch>;
+using Lanes = hn::Vec<Tag>;
+
+double total(Lanes lanes) { return static_cast<double>(hn::GetLane(hn::SumOfLanes(Tag(), lanes))); }
+
+void add_rows_here(std::span<const PixelRow> rows, std::span<const float> factors,
+                   std::span<float> sum) {
+  const Tag tag;
+  for (std::size_t i = 0; i < sum.size(); i += hn::Lanes(tag)) {
+    Lanes here = hn::LoadU(tag, &sum[i]);
+    for (std::size_t row = 0; row < rows.size(); ++row)
+      here = hn::MulAdd(hn::Set(tag, factors[row]), hn::LoadU(tag, &rows[row][i]), here);
+    hn::StoreU(here, tag, &sum[i]);
+  }
+}
+
+/// Four rows at a time, so that no sum waits for the one before it.
+void sum_products_here(std::span<const PixelRow> rows, PixelRow factor, std::span<double> sums) {
+  const Tag tag;
+  for (std::size_t first = 0; first < rows.size(); first += 4) {
+    const float* row[4];
+    for (std::size_t k = 0; k < 4; ++k) row[k] = rows[std::min(first + k, rows.size() - 1)].data();
+    Lanes a = hn::Zero(tag), b = a, c = a, d = a;
+    for (std::size_t i = 0; i < factor.size(); i += hn::Lanes(tag)) {
+      const Lanes by = hn::LoadU(tag, &factor[i]);
+      a = hn::MulAdd(by, hn::LoadU(tag, row[0] + i), a);
+      b = hn::MulAdd(by, hn::LoadU(tag, row[1] + i), b);
+      c = hn::MulAdd(by, hn::LoadU(tag, row[2] + i), c);
+      d = hn::MulAdd(by, hn::LoadU(tag, row[3] + i), d);
+    }
+    const double of[4] = {total(a), total(b), total(c), total(d)};
+    for (std::size_t k = 0; k < 4 && first + k < rows.size(); ++k) sums[first + k] = of[k];
+  }
+}
+
+void times_here(PixelRow a, PixelRow b, std::span<float> product) {
+  const Tag tag;
+  for (std::size_t i = 0; i < a.size(); i += hn::Lanes(tag))
+    hn::StoreU(hn::Mul(hn::LoadU(tag, &a[i]), hn::LoadU(tag, &b[i])), tag, &product[i]);
+}
+
+WeighedCosts weigh_here(const WeighedRows& rows, const PixelNoise& noise, double patch_variance) {
+  const Tag tag;
+  const hn::RebindToSigned<Tag> whole;
+  const auto set = [](double value) HWY_ATTR { return hn::Set(Tag(), static_cast<float>(value)); };
+  const Lanes zero = hn::Zero(tag), one = set(1.0);
+  const Lanes dark = set(noise.dark_variance), per_light = set(1.0 / noise.electrons);
+  const Lanes steps = set(static_cast<double>(noise.rounding.size() - 1));
+  Lanes own = zero, frozen = zero;
+  for (std::size_t i = 0; i < rows.light.size(); i += hn::Lanes(tag)) {
+    const Lanes expected = hn::LoadU(tag, &rows.expected[i]);
+    const Lanes light = hn::Max(expected, zero);
+    const auto step = hn::ConvertTo(whole, hn::MulAdd(hn::Min(light, one), steps, set(0.5)));
+    const Lanes own_noise = hn::Add(hn::MulAdd(light, per_light, dark),
+                                    hn::GatherIndex(tag, noise.rounding.data(), step));
+    const Lanes backdrop = hn::Max(hn::LoadU(tag, &rows.backdrop[i]), zero);
+    const Lanes variance = hn::MulAdd(hn::Mul(set(patch_variance), backdrop), backdrop, own_noise);
+    const Lanes weight = hn::Div(hn::LoadU(tag, &rows.keep[i]), variance);
+    const Lanes residual = hn::Sub(hn::LoadU(tag, &rows.light[i]), expected);
+    const Lanes pull = hn::Mul(residual, weight);
+    own = hn::MulAdd(residual, pull, own);
+    frozen =
+        hn::MulAdd(hn::Mul(residual, residual), hn::LoadU(tag, &rows.weight_before[i]), frozen);
+    hn::StoreU(residual, tag, &rows.residual[i]);
+    hn::StoreU(weight, tag, &rows.weight[i]);
+    hn::StoreU(pull, tag, &rows.pull[i]);
+    hn::StoreU(hn::Div(own_noise, variance), tag, &rows.noise_share[i]);
+  }
+  return {total(own), total(frozen)};
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace vildar
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace vildar {
+namespace {
+
+HWY_EXPORT(add_rows_here);
+HWY_EXPORT(sum_products_here);
+HWY_EXPORT(times_here);
+HWY_EXPORT(weigh_here);
+
+}  // namespace
+
+void add_rows(std::span<const PixelRow> rows, std::span<const float> factors,
+              std::span<float> sum) {
+  HWY_DYNAMIC_DISPATCH(add_rows_here)(rows, factors, sum);
+}
+
+void sum_products(std::span<const PixelRow> rows, PixelRow factor, std::span<double> sums) {
+  HWY_DYNAMIC_DISPATCH(sum_products_here)(rows, factor, sums);
+}
+
+void sum_squares(std::span<const PixelRow> rows, PixelRow weight, std::span<double> sums) {
+  std::vector<float> weighted(weight.size());
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    HWY_DYNAMIC_DISPATCH(times_here)(weight, rows[i], weighted);
+    sum_products(rows.first(i + 1), weighted, sums.subspan(first));
+    first += i + 1;
+  }
+}
+
+WeighedCosts weigh(const WeighedRows& rows, const PixelNoise& noise, double patch_variance) {
+  return HWY_DYNAMIC_DISPATCH(weigh_here)(rows, noise, patch_variance);
+}
+
+}  // namespace vildar
+#endif  // HWY_ONCE

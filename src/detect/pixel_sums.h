@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "detect/frame_light.h"
+
+namespace vildar {
+
+/// Rows of numbers, one of each pixel; all of the same length, a multiple of DiscImage::kBatch.
+using PixelRow = std::span<const float>;
+
+/// `sum` += each row times its factor.
+void add_rows(std::span<const PixelRow> rows, std::span<const float> factors, std::span<float> sum);
+
+/// Of each row, the sum of its products with `factor`.
+void sum_products(std::span<const PixelRow> rows, PixelRow factor, std::span<double> sums);
+
+/// Of each pair of rows, the sum of their products times `weight`; row by row, below the diagonal
+/// and on it: (0, 0), (1, 0), (1, 1), (2, 0) ...
+void sum_squares(std::span<const PixelRow> rows, PixelRow weight, std::span<double> sums);
+
+/// What a model makes of pixels that do not clip.
+struct WeighedRows {
+  PixelRow light, keep;         ///< measured; 1, or 0 for a pixel that does not count
+  PixelRow expected, backdrop;  ///< by the model; of it what is not the lamps'
+  PixelRow weight_before;       ///< of the parameters accepted last
+  std::span<float> residual, weight, pull, noise_share;  ///< out; see LampFitter
+};
+struct WeighedCosts {
+  double own = 0.0;     ///< chi-square
+  double frozen = 0.0;  ///< with the weights of before
+};
+/// Weights are 1 over the variance of the model's light, `patch_variance` of the backdrop's square
+/// included.
+WeighedCosts weigh(const WeighedRows& rows, const PixelNoise& noise, double patch_variance);
+
+}  // namespace vildar

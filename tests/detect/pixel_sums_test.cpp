@@ -1,0 +1,94 @@
+#include "detect/pixel_sums.h"
+
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/random.h"
+
+namespace vildar {
+namespace {
+
+constexpr std::size_t kPixels = 160, kRows = 6;
+constexpr double kSingle = 1e-5;  // of sums of some hundred numbers near 1 in single precision
+
+std::vector<float> numbers(Random& random, double from, double to) {
+  std::vector<float> all(kPixels);
+  for (float& one : all) one = static_cast<float>(random.uniform(from, to));
+  return all;
+}
+
+TEST(PixelSums, AreThoseOfPlainLoops) {
+  Random random(40);
+  std::vector<std::vector<float>> data;
+  for (std::size_t i = 0; i < kRows; ++i) data.push_back(numbers(random, -1.0, 1.0));
+  const std::vector<PixelRow> rows(data.begin(), data.end());
+  const std::vector<float> weight = numbers(random, 0.0, 2.0);
+  const std::vector<float> factors{0.5F, -2.0F, 3.0F, 0.0F, 1.0F, 7.0F};
+  std::vector<float> sum = numbers(random, -1.0, 1.0);
+  const std::vector<float> before = sum;
+  add_rows(rows, factors, sum);
+  for (std::size_t k = 0; k < kPixels; ++k) {
+    double plain = static_cast<double>(before[k]);
+    for (std::size_t i = 0; i < kRows; ++i)
+      plain += static_cast<double>(factors[i]) * static_cast<double>(data[i][k]);
+    EXPECT_NEAR(sum[k], plain, kSingle);
+  }
+  std::vector<double> products(kRows), squares(kRows * (kRows + 1) / 2);
+  sum_products(rows, weight, products);
+  sum_squares(rows, weight, squares);
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < kRows; ++i) {
+    double product = 0.0;
+    for (std::size_t k = 0; k < kPixels; ++k)
+      product += static_cast<double>(data[i][k]) * static_cast<double>(weight[k]);
+    EXPECT_NEAR(products[i], product, kPixels * kSingle);
+    for (std::size_t j = 0; j <= i; ++j, ++at) {
+      double square = 0.0;
+      for (std::size_t k = 0; k < kPixels; ++k)
+        square += static_cast<double>(data[i][k]) * static_cast<double>(data[j][k]) *
+                  static_cast<double>(weight[k]);
+      EXPECT_NEAR(squares[at], square, kPixels * kSingle) << i << " " << j;
+    }
+  }
+}
+
+TEST(PixelSums, WeightsAreThoseOfTheModelsLight) {
+  Random random(41);
+  const std::vector<float> rounding{1e-6F, 4e-6F, 9e-6F};
+  PixelNoise noise;
+  noise.dark_variance = 1e-5;
+  noise.electrons = 5000.0;
+  noise.rounding = rounding;
+  constexpr double kPatchVariance = 0.16;
+  const std::vector<float> light = numbers(random, -0.1, 1.0);
+  const std::vector<float> expected = numbers(random, -0.2, 1.5);
+  const std::vector<float> backdrop = numbers(random, -0.1, 0.2);
+  const std::vector<float> before = numbers(random, 0.0, 100.0);
+  std::vector<float> keep(kPixels, 1.0F);
+  keep[3] = keep[kPixels - 1] = 0.0F;
+  std::vector<float> residual(kPixels), weight(kPixels), pull(kPixels), noise_share(kPixels);
+  const WeighedCosts costs =
+      weigh({light, keep, expected, backdrop, before, residual, weight, pull, noise_share}, noise,
+            kPatchVariance);
+  double own = 0.0, frozen = 0.0;
+  for (std::size_t k = 0; k < kPixels; ++k) {
+    const double of_light = noise.variance(static_cast<double>(expected[k]));
+    const double uneven = std::max(static_cast<double>(backdrop[k]), 0.0);
+    const double variance = of_light + kPatchVariance * uneven * uneven;
+    const double off = static_cast<double>(light[k]) - static_cast<double>(expected[k]);
+    const double here = static_cast<double>(keep[k]) / variance;
+    EXPECT_NEAR(residual[k], off, kSingle);
+    EXPECT_NEAR(weight[k], here, kSingle * here);
+    EXPECT_NEAR(pull[k], off * here, kSingle * here);
+    EXPECT_NEAR(noise_share[k], of_light / variance, kSingle);
+    own += off * off * here;
+    frozen += off * off * static_cast<double>(before[k]);
+  }
+  EXPECT_NEAR(costs.own, own, kSingle * own);
+  EXPECT_NEAR(costs.frozen, frozen, kSingle * frozen);
+}
+
+}  // namespace
+}  // namespace vildar
