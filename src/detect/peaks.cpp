@@ -12,7 +12,7 @@ namespace {
 // Chamfer distances (Borgefors 1986): 3 per straight step, 4 per diagonal one.
 constexpr int kStraight = 3;
 constexpr int kDiagonal = 4;
-constexpr int kNotJoined = -1;
+constexpr int kNone = -1;
 /// A neck narrower than this share of the smaller disc's half width parts two clipped discs.
 constexpr double kNeckShare = 0.7;
 /// The same against an area whose own lights are already taken out: what joins it is lost.
@@ -51,14 +51,13 @@ void PeakFinder::clear() {
   pixels_.clear();
 }
 
-int PeakFinder::root_of(int node) {
-  while (nodes_[node].parent != node)
-    node = nodes_[node].parent = nodes_[nodes_[node].parent].parent;
-  return node;
+int PeakFinder::root_of(int set) {
+  while (sets_[set].parent != set) set = sets_[set].parent = sets_[sets_[set].parent].parent;
+  return set;
 }
 
 void PeakFinder::close(int root, int valley_code, bool split, const PeakRules& rules) {
-  Node& set = nodes_[root];
+  Set& set = sets_[root];
   set.closed = true;
   if (set.count < rules.min_area_px && !split) return;
   Peak peak;
@@ -72,41 +71,35 @@ void PeakFinder::close(int root, int valley_code, bool split, const PeakRules& r
       by_depth ? valley_code + 1 : std::max(valley_code + 1, rules.half_code[peak.peak_code]);
   peak.level_code = std::min(level, rules.clip_code);
   if (by_depth) peak.eroded_px = (valley_code - rules.clip_code + 1) / kStraight;
-  for (int node = root, left = set.count; left > 0; --left, node = nodes_[node].next) {
-    if (nodes_[node].height < level) continue;
-    const PixelAt at = at_[node];
-    if (peak.count == 0) peak.box = {at.u, at.v, at.u, at.v};
-    peak.box.u_min = std::min(peak.box.u_min, at.u);
-    peak.box.u_max = std::max(peak.box.u_max, at.u);
-    peak.box.v_min = std::min(peak.box.v_min, at.v);
-    peak.box.v_max = std::max(peak.box.v_max, at.v);
-    peak.clipped_px += codes_[node] >= rules.clip_code;
+  for (int at = set.first; at != kNone; at = nodes_[at].next) {
+    const Node& node = nodes_[at];
+    if (node.height < level) continue;
+    if (peak.count == 0) peak.box = {node.u, node.v, node.u, node.v};
+    peak.box.u_min = std::min(peak.box.u_min, node.u);
+    peak.box.u_max = std::max(peak.box.u_max, node.u);
+    peak.box.v_min = std::min(peak.box.v_min, node.v);
+    peak.box.v_max = std::max(peak.box.v_max, node.v);
+    peak.clipped_px += node.code >= rules.clip_code;
     ++peak.count;
-    pixels_.push_back(at);
+    pixels_.push_back({node.u, node.v});
   }
   if (peak.count > 0) peaks_.push_back(peak);
 }
 
 void PeakFinder::fill_depths(int clip_code) {
   // Two raster passes over the padded box; pixels off the plateau keep depth 0.
-  std::vector<Node>& nodes = nodes_;
-  const int n = static_cast<int>(nodes.size());
-  const auto depth_at = [&](int cell) {
-    const int node = grid_[cell] - 1;
-    return node < 0 ? 0 : std::max(nodes[node].height - clip_code, 0);
+  const auto depth_from = [&](int cell, int direction) {
+    const int* row = &grid_[cell + direction * grid_width_];
+    return std::min({grid_[cell + direction] + kStraight, row[0] + kStraight, row[-1] + kDiagonal,
+                     row[1] + kDiagonal});
   };
-  for (const int direction : {-1, 1}) {
-    for (int step = 0; step < n; ++step) {
-      const int node = direction < 0 ? step : n - 1 - step;
-      if (nodes[node].height < clip_code) continue;
-      const int cell = cells_[node];
-      const int row = cell + direction * grid_width_;
-      const int depth = std::min({depth_at(cell + direction) + kStraight, depth_at(row) + kStraight,
-                                  depth_at(row - 1) + kDiagonal, depth_at(row + 1) + kDiagonal});
-      const int before = nodes[node].height - clip_code;
-      nodes[node].height = clip_code + (direction < 0 ? depth : std::min(before, depth));
-    }
-  }
+  for (const int node : plateau_) grid_[nodes_[node].cell] = depth_from(nodes_[node].cell, -1);
+  std::for_each(plateau_.rbegin(), plateau_.rend(), [&](int node) {
+    int& depth = grid_[nodes_[node].cell];
+    depth = std::min(depth, depth_from(nodes_[node].cell, 1));
+  });
+  for (const int node : plateau_)
+    nodes_[node].height = clip_code + std::exchange(grid_[nodes_[node].cell], 0);
 }
 
 void PeakFinder::sort_by_height() {
@@ -155,54 +148,74 @@ void PeakFinder::load(const LumaView& luma, std::span<const int> run_indices,
     box.v_max = std::max(box.v_max, run.v);
   }
   grid_width_ = box.u_max - box.u_min + 3;
-  grid_.assign(static_cast<std::size_t>(grid_width_) * (box.v_max - box.v_min + 3), 0);
-  at_.clear();
-  codes_.clear();
-  cells_.clear();
+  grid_.resize(std::max(grid_.size(), static_cast<std::size_t>(grid_width_) *
+                                          static_cast<std::size_t>(box.v_max - box.v_min + 3)));
   nodes_.clear();
+  plateau_.clear();
   // A little under the clipping code still counts as plateau: compression digs holes into it.
   const int plateau_code = rules.clip_code - rules.least_valley_codes / 2;
-  bool has_plateau = false;
   for (const int index : run_indices) {
     const PixelRun& run = runs[index];
+    const int row = (run.v - box.v_min + 1) * grid_width_ - box.u_min + 1;
     for (int u = run.u_begin; u < run.u_end; ++u) {
       const int code = luma.code(u, run.v);
       if (code < floor_code) continue;
-      const int node = static_cast<int>(at_.size());
-      const bool plateau = code >= plateau_code;
-      has_plateau |= plateau;
-      const int cell = (run.v - box.v_min + 1) * grid_width_ + u - box.u_min + 1;
-      grid_[cell] = node + 1;
-      at_.push_back({u, run.v});
-      codes_.push_back(code);
-      cells_.push_back(cell);
-      nodes_.push_back({node, -1, kNotJoined, plateau ? rules.clip_code : code, 0, 1, false});
+      if (code >= plateau_code) plateau_.push_back(static_cast<int>(nodes_.size()));
+      nodes_.push_back({u, run.v, code, code, row + u, kNone});
     }
   }
-  if (has_plateau) fill_depths(rules.clip_code);
+  fill_depths(rules.clip_code);
 }
 
 int PeakFinder::join(int mine, int theirs, int height, const PeakRules& rules) {
-  const bool mine_closed = nodes_[mine].closed, theirs_closed = nodes_[theirs].closed;
+  const bool mine_closed = sets_[mine].closed, theirs_closed = sets_[theirs].closed;
   const double neck_share = mine_closed || theirs_closed ? kNeckShareOfRest : kNeckShare;
   const auto clear = [&](int root) {
-    return nodes_[root].closed || stands_clear(nodes_[root].top, height, rules.clip_code,
-                                               rules.least_valley_codes, neck_share);
+    return sets_[root].closed || stands_clear(sets_[root].top, height, rules.clip_code,
+                                              rules.least_valley_codes, neck_share);
   };
   if (clear(mine) && clear(theirs)) {
     if (!mine_closed) close(mine, height, true, rules);
     if (!theirs_closed) close(theirs, height, true, rules);
   }
-  // The list of the joined set starts with its root, whose first `count` pixels were its own.
-  if (nodes_[theirs].top > nodes_[mine].top) std::swap(mine, theirs);
-  Node& kept = nodes_[mine];
-  Node& joined = nodes_[theirs];
-  nodes_[kept.tail].next = theirs;
-  kept.tail = joined.tail;
+  if (sets_[theirs].top > sets_[mine].top) std::swap(mine, theirs);
+  Set& kept = sets_[mine];
+  Set& joined = sets_[theirs];
+  nodes_[kept.last].next = joined.first;
+  kept.last = joined.last;
   kept.count += joined.count;
   kept.closed |= joined.closed;
   joined.parent = mine;
   return mine;
+}
+
+/// The set that a node lower than all so far belongs to: that about it, those about it joined, or
+/// one of its own.
+int PeakFinder::set_about(int node, const PeakRules& rules) {
+  const int row = grid_width_;
+  const int* middle = &grid_[nodes_[node].cell];
+  const int height = nodes_[node].height;
+  int mine = kNone, seen = 0;
+  for (const int offset : {-1, 1, -row, row, -row - 1, -row + 1, row - 1, row + 1}) {
+    const int label = middle[offset];
+    if (label == seen || label == 0) continue;
+    seen = label;
+    const int theirs = root_of(label - 1);
+    if (mine == theirs) continue;
+    if (mine != kNone) {
+      mine = join(mine, theirs, height, rules);
+      continue;
+    }
+    mine = theirs;
+    Set& set = sets_[mine];
+    nodes_[set.last].next = node;
+    set.last = node;
+    ++set.count;
+  }
+  if (mine != kNone) return mine;
+  const int own = static_cast<int>(sets_.size());
+  sets_.push_back({own, node, node, height, 1, false});
+  return own;
 }
 
 void PeakFinder::add(const LumaView& luma, std::span<const int> run_indices,
@@ -212,23 +225,12 @@ void PeakFinder::add(const LumaView& luma, std::span<const int> run_indices,
   const int floor = floor_code(luma, run_indices, runs, threshold_code, rules);
   load(luma, run_indices, runs, floor, rules);
   sort_by_height();
-  const int row = grid_width_;
-  const std::array<int, 8> around = {-1, 1, -row, row, -row - 1, -row + 1, row - 1, row + 1};
-  for (const int node : order_) {
-    const int height = nodes_[node].height;
-    nodes_[node].tail = node;
-    nodes_[node].top = height;
-    int mine = node;
-    for (const int offset : around) {
-      const int other = grid_[cells_[node] + offset] - 1;
-      if (other < 0 || nodes_[other].tail == kNotJoined) continue;
-      const int theirs = root_of(other);
-      if (theirs != mine) mine = join(mine, theirs, height, rules);
-    }
-  }
+  sets_.clear();
+  for (const int node : order_) grid_[nodes_[node].cell] = set_about(node, rules) + 1;
+  for (const Node& node : nodes_) grid_[node.cell] = 0;
   // One set is left, or several where the floor has parted the area.
-  for (const int node : order_)
-    if (root_of(node) == node && !nodes_[node].closed) close(node, floor - 1, false, rules);
+  for (int set = 0; set < static_cast<int>(sets_.size()); ++set)
+    if (root_of(set) == set && !sets_[set].closed) close(set, floor - 1, false, rules);
 }
 
 }  // namespace vildar

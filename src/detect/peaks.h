@@ -56,9 +56,16 @@ class PeakFinder {
 
  private:
   struct Node {
-    int parent, next, tail;  // set forest and the list of the set's pixels
-    int height;              // code, and depth inside a clipped area
-    int top;                 // greatest height of the set
+    int u, v;
+    int code;
+    int height;  // code, and depth inside a clipped area
+    int cell;    // in the grid
+    int next;    // of its set
+  };
+  struct Set {
+    int parent;       // set forest
+    int first, last;  // of its list of nodes
+    int top;          // greatest height
     int count;
     bool closed;  // holds lights already taken out
   };
@@ -66,21 +73,23 @@ class PeakFinder {
             const std::vector<PixelRun>& runs, int floor_code, const PeakRules& rules);
   int floor_code(const LumaView& luma, std::span<const int> run_indices,
                  const std::vector<PixelRun>& runs, int threshold_code, const PeakRules& rules);
-  int root_of(int node);
+  int root_of(int set);
+  int set_about(int node, const PeakRules& rules);
   int join(int mine, int theirs, int height, const PeakRules& rules);
-  void close(int root, int valley_code, bool split, const PeakRules& rules);
+  void close(int set, int valley_code, bool split, const PeakRules& rules);
   void fill_depths(int clip_code);
   void sort_by_height();
 
   std::vector<Peak> peaks_;
   std::vector<PixelAt> pixels_;
-  std::vector<PixelAt> at_;  // pixels of the area
-  std::vector<int> codes_;
-  std::vector<Node> nodes_;
-  std::vector<int> order_;  // nodes in falling order of height
-  std::vector<int> place_;  // where the next node of a height goes
-  std::vector<int> cells_;  // of each node in the grid
-  std::vector<int> grid_;   // padded box: node + 1, or 0
+  std::vector<Node> nodes_;  // pixels of the area
+  std::vector<Set> sets_;
+  std::vector<int> order_;    // nodes in falling order of height
+  std::vector<int> place_;    // where the next node of a height goes
+  std::vector<int> plateau_;  // nodes that clip
+  /// Padded box of the area, 0 between calls: depths of clipped pixels, then set + 1 of those that
+  /// have one.
+  std::vector<int> grid_;
   int grid_width_ = 0;
   std::vector<int> histogram_;  // pixels of the area by code
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/quantity.h"
 #include "detect/kind.h"
@@ -135,11 +136,49 @@ void Photometer::find_neighbours(std::size_t index) {
   }
 }
 
-bool Photometer::beyond(const Eigen::Vector2d& offset, bool either_side) const {
+bool Photometer::beyond(const Eigen::Vector2d& offset) const {
   return std::any_of(neighbours_.begin(), neighbours_.end(), [&](const Neighbour& neighbour) {
-    const double along = offset.dot(neighbour.towards);
-    return (either_side ? std::abs(along) : along) > neighbour.limit_px;
+    return offset.dot(neighbour.towards) > neighbour.limit_px;
   });
+}
+
+// Columns of the row `dv_px` below the light that are no neighbour's, on both sides of the centre.
+Photometer::Columns Photometer::own_columns(double dv_px, const Measured& light, int from,
+                                            int to) const {
+  constexpr double kAcross = 1e-9;  // of a unit vector
+  for (const Neighbour& neighbour : neighbours_) {
+    const double tu = neighbour.towards.x(), along = dv_px * neighbour.towards.y();
+    if (std::abs(tu) < kAcross) {
+      if (std::abs(along) > neighbour.limit_px) return {from, from - 1};
+      continue;
+    }
+    const double middle = light.centre_px.x() - along / tu;
+    const double half = neighbour.limit_px / std::abs(tu);
+    from = std::max(from,
+                    static_cast<int>(std::ceil(std::clamp(middle - half, from - 1.0, to + 1.0))));
+    to =
+        std::min(to, static_cast<int>(std::floor(std::clamp(middle + half, from - 1.0, to + 1.0))));
+  }
+  return {from, to};
+}
+
+void Photometer::set_window(const LumaView& luma, const Measured& light, int step) {
+  const Eigen::Vector2d& s = light.spread_px;
+  const Range range_u(light.centre_px.x(), kWindowSpreads * s.x(), luma.width_px);
+  const Range range_v(light.centre_px.y(), kWindowSpreads * s.y(), luma.height_px);
+  window_u_.clear();
+  for (int u = range_u.from; u <= range_u.to; ++u) {
+    const double offset = u - light.centre_px.x(), z = offset / s.x();
+    window_u_.push_back({std::exp(-0.5 * z * z), offset});
+  }
+  rows_.clear();
+  for (int v = range_v.from; v <= range_v.to; v += step) {
+    const double offset = v - light.centre_px.y(), z = offset / s.y();
+    const Columns own = own_columns(offset, light, range_u.from, range_u.to);
+    const int first = own.from + (range_u.from - own.from) % step;
+    rows_.push_back({v, first < own.from ? first + step : first, own.to, range_u.from, offset,
+                     std::exp(-0.5 * z * z)});
+  }
 }
 
 // Windowed centroid (as SExtractor's XWIN_IMAGE): weights of the light's own shape come within a
@@ -149,59 +188,64 @@ void Photometer::refine_centre(const LumaView& luma, const LightScale& scale, co
                                Measured& light) {
   const Eigen::Vector2d start_px = light.centre_px;
   const Eigen::Vector2d most_spread = 1.5 * light.spread_px;
-  Eigen::Vector2d variance = Eigen::Vector2d::Zero();
   // What a light shares with a neighbour lies below the valley between them.
   const bool above_valley = peak.split && peak.eroded_px == 0;
   const double floor = above_valley
                            ? std::max<double>(light.background, scale.linear[peak.level_code])
                            : light.background;
+  const double least = above_valley ? 0.0 : -std::numeric_limits<double>::infinity();
+  double sum = 0.0;
+  Eigen::Vector2d gain = Eigen::Vector2d::Zero();
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     const Eigen::Vector2d s = light.spread_px;
     // Wide lights come near their centre on a coarser grid; the last iterations see every pixel.
     const bool coarse = iteration < kIterations - 2;
     const int step = coarse ? 1 + static_cast<int>(s.minCoeff() / 5.0) : 1;
-    const Range range_u(light.centre_px.x(), kWindowSpreads * s.x(), luma.width_px);
-    const Range range_v(light.centre_px.y(), kWindowSpreads * s.y(), luma.height_px);
-    weight_u_.clear();
-    for (int u = range_u.from; u <= range_u.to; ++u) {
-      const double z = (u - light.centre_px.x()) / s.x();
-      weight_u_.push_back(std::exp(-0.5 * z * z));
-    }
-    double sum = 0.0;
+    set_window(luma, light, step);
+    double here = 0.0;
     Eigen::Vector2d first = Eigen::Vector2d::Zero(), second = Eigen::Vector2d::Zero();
-    variance.setZero();
-    for (int v = range_v.from; v <= range_v.to; v += step) {
-      const double dv = v - light.centre_px.y();
-      const double weight_v = std::exp(-0.5 * dv * dv / (s.y() * s.y()));
-      for (int u = range_u.from; u <= range_u.to; u += step) {
-        const Eigen::Vector2d offset(u - light.centre_px.x(), dv);
-        if (!neighbours_.empty() && beyond(offset, true)) continue;
-        const int code = std::min(luma.code(u, v), scale.clip_code);
-        const double weight = weight_v * weight_u_[static_cast<std::size_t>(u - range_u.from)];
-        const double excess = scale.linear[code] - floor;
-        if (above_valley && excess <= 0.0) continue;
-        const double weighted = weight * excess;
-        sum += weighted;
-        first += weighted * offset;
-        const Eigen::Vector2d squared = offset.cwiseAbs2();
-        second += weighted * squared;
-        const double noise = weight * scale.sigma[code];
-        variance += noise * noise * squared;
+    for (const WindowRow& row : rows_) {
+      double in_row = 0.0, first_u = 0.0, second_u = 0.0;
+      for (int u = row.from; u <= row.to; u += step) {
+        const auto& [weight, offset] = window_u_[u - row.window_from];
+        const int code = std::min(luma.code(u, row.v), scale.clip_code);
+        const double weighted = weight * std::max(scale.linear[code] - floor, least);
+        in_row += weighted;
+        first_u += weighted * offset;
+        second_u += weighted * offset * offset;
       }
+      here += row.weight * in_row;
+      first += row.weight * Eigen::Vector2d(first_u, in_row * row.offset_px);
+      second += row.weight * Eigen::Vector2d(second_u, in_row * row.offset_px * row.offset_px);
     }
-    if (!(sum > 0.0)) break;
+    if (!(here > 0.0)) break;
+    sum = here;
     const Eigen::Vector2d mean = first / sum;
     const Eigen::Vector2d windowed = (second / sum - mean.cwiseAbs2())
                                          .cwiseMax(0.05 * s.cwiseAbs2())
                                          .cwiseMin(0.8 * s.cwiseAbs2());
-    const Eigen::Vector2d gain = (1.0 - windowed.array() / s.array().square()).inverse();
-    variance = variance.cwiseProduct(gain.cwiseAbs2()) / (sum * sum);
+    gain = (1.0 - windowed.array() / s.array().square()).inverse();
     const Eigen::Vector2d move = mean.cwiseProduct(gain).cwiseMax(-s).cwiseMin(s);
     light.centre_px += move;
     light.spread_px =
         windowed.cwiseProduct(gain).cwiseSqrt().cwiseMax(kLeastSpread_px).cwiseMin(most_spread);
     if (step == 1 && move.cwiseAbs().maxCoeff() < 1e-3 && iteration >= 3) break;
   }
+  Eigen::Vector2d variance = Eigen::Vector2d::Zero();
+  for (const WindowRow& row : rows_) {
+    double in_row = 0.0, by_u = 0.0;
+    for (int u = row.from; u <= row.to; ++u) {
+      const auto& [weight, offset] = window_u_[u - row.window_from];
+      const int code = std::min(luma.code(u, row.v), scale.clip_code);
+      if (scale.linear[code] - floor <= least) continue;
+      const double noise = weight * scale.sigma[code];
+      in_row += noise * noise;
+      by_u += noise * noise * offset * offset;
+    }
+    variance +=
+        row.weight * row.weight * Eigen::Vector2d(by_u, in_row * row.offset_px * row.offset_px);
+  }
+  if (sum > 0.0) variance = variance.cwiseProduct(gain.cwiseAbs2()) / (sum * sum);
   const double shape_sigma_px = shape_sigma(peak);
   for (int axis = 0; axis < 2; ++axis) {
     const double sharpness = std::clamp(1.2 - light.spread_px[axis], 0.0, 0.5) / 0.5;
@@ -242,9 +286,9 @@ void Photometer::sum_flux(const LumaView& luma, const LightScale& scale, Measure
       Eigen::Vector2d offset(u - light.centre_px.x(), v - light.centre_px.y());
       if (offset.cwiseQuotient(reach).squaredNorm() > 1.0) continue;
       int from_u = u, from_v = v;
-      if (!neighbours_.empty() && beyond(offset, false)) {
+      if (!neighbours_.empty() && beyond(offset)) {
         // What the neighbour covers is taken from the opposite side of the centre.
-        if (beyond(-offset, false)) continue;
+        if (beyond(-offset)) continue;
         from_u = static_cast<int>(std::lround(light.centre_px.x() - offset.x()));
         from_v = static_cast<int>(std::lround(light.centre_px.y() - offset.y()));
         if (from_u < 0 || from_v < 0 || from_u >= luma.width_px || from_v >= luma.height_px)

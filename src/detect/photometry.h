@@ -45,22 +45,36 @@ class Photometer {
     Eigen::Vector2d towards;  // unit vector
     double limit_px;          // how far along it the light's own half reaches
   };
+  struct Columns {
+    int from, to;
+  };
+  struct WindowColumn {
+    double weight, offset_px;
+  };
+  struct WindowRow {
+    int v, from, to;  // of its pixels
+    int window_from;  // column of window_u_'s first
+    double offset_px, weight;
+  };
   Measured first_guess(const LumaView& luma, std::span<const PixelAt> pixels, const Peak& peak,
                        const LightScale& scale) const;
   void find_background(const LumaView& luma, const LightScale& scale, Measured& light);
   void find_neighbours(std::size_t index);
+  Columns own_columns(double dv_px, const Measured& light, int from, int to) const;
+  void set_window(const LumaView& luma, const Measured& light, int step);
   void refine_centre(const LumaView& luma, const LightScale& scale, const Peak& peak,
                      Measured& light);
   void sum_pixels(const LumaView& luma, std::span<const PixelAt> pixels, const LightScale& scale,
                   Measured& light) const;
   void sum_flux(const LumaView& luma, const LightScale& scale, Measured& light) const;
-  bool beyond(const Eigen::Vector2d& offset, bool either_side) const;
+  bool beyond(const Eigen::Vector2d& offset) const;
 
   std::vector<Measured> lights_;
   std::vector<Neighbour> neighbours_;
   std::vector<Eigen::Vector2d> hidden_;
   std::vector<int> ring_;
-  std::vector<double> weight_u_;
+  std::vector<WindowColumn> window_u_;
+  std::vector<WindowRow> rows_;
 };
 
 }  // namespace vildar
