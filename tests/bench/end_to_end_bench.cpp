@@ -1,5 +1,6 @@
 // The whole of `vildar run` on rendered clips, against plain decoding of the same clip with
-// libavcodec and the same number of threads, turn by turn in one run.
+// libavcodec and the same number of threads, and where OpenCV's videoio is at hand against the
+// plainest loop that finds bright spots with it, turn by turn in one run.
 #include <ctime>
 #include <filesystem>
 
@@ -8,6 +9,10 @@ extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
 }
+#ifdef VILDAR_OPENCV_VIDEOIO
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+#endif
 
 #include "pipelines/run_pipeline.h"
 #include "synth/render.h"
@@ -97,6 +102,23 @@ std::int64_t decode_plainly(const fs::path& file) {
   return frames;
 }
 
+#ifdef VILDAR_OPENCV_VIDEOIO
+void find_spots_plainly(const fs::path& file) {
+  constexpr double kBright = 200.0;
+  cv::setNumThreads(1);
+  ::setenv("OPENCV_FFMPEG_CAPTURE_OPTIONS", "threads;1", 1);
+  cv::VideoCapture capture(file.string(), cv::CAP_FFMPEG);
+  cv::Mat picture, grey, bright;
+  std::vector<std::vector<cv::Point>> outlines;
+  while (capture.read(picture)) {
+    cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+    cv::threshold(grey, bright, kBright, 255.0, cv::THRESH_BINARY);
+    cv::findContours(bright, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+    benchmark::DoNotOptimize(outlines.size());
+  }
+}
+#endif
+
 void run_against_decoding(benchmark::State& state, Kind kind, bool fast) {
   const Clip clip(kind);
   RunOptions options;
@@ -105,6 +127,7 @@ void run_against_decoding(benchmark::State& state, Kind kind, bool fast) {
   options.out = clip.folder / "out";
   options.clip_options.skip_loop_filter = fast;
   double decode_s = 0.0, run_s = 0.0;
+  [[maybe_unused]] double opencv_s = 0.0;
   std::int64_t frames = 0;
   for (auto _ : state) {
     const double start_s = cpu_s();
@@ -113,10 +136,19 @@ void run_against_decoding(benchmark::State& state, Kind kind, bool fast) {
     benchmark::DoNotOptimize(run_pipeline(options));
     decode_s += middle_s - start_s;
     run_s += cpu_s() - middle_s;
+#ifdef VILDAR_OPENCV_VIDEOIO
+    const double run_end_s = cpu_s();
+    find_spots_plainly(*options.clip);
+    opencv_s += cpu_s() - run_end_s;
+#endif
   }
   state.counters["decode_ms_per_frame"] = 1e3 * decode_s / static_cast<double>(frames);
   state.counters["run_ms_per_frame"] = 1e3 * run_s / static_cast<double>(frames);
   state.counters["decode_over_run"] = decode_s / run_s;
+#ifdef VILDAR_OPENCV_VIDEOIO
+  state.counters["opencv_ms_per_frame"] = 1e3 * opencv_s / static_cast<double>(frames);
+  state.counters["decode_over_opencv"] = decode_s / opencv_s;
+#endif
 }
 #define VILDAR_RUN(name, ...)                                \
   BENCHMARK_CAPTURE(run_against_decoding, name, __VA_ARGS__) \
