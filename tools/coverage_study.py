@@ -128,7 +128,7 @@ def main() -> int:
     parser.add_argument("sets", nargs="*", metavar="SET", help=", ".join(SETS))
     parser.add_argument("--out", type=pathlib.Path, required=True)
     parser.add_argument("--label", default="run")
-    arguments = parser.parse_args()
+    arguments = parser.parse_intermixed_args()
     unknown = set(arguments.sets) - set(SETS)
     if unknown:
         parser.error(f"no such set: {', '.join(sorted(unknown))}")
