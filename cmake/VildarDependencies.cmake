@@ -10,6 +10,7 @@ find_package(PkgConfig REQUIRED)
 pkg_check_modules(ffmpeg REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil libswscale)
 pkg_check_modules(hwy REQUIRED IMPORTED_TARGET libhwy)
 pkg_check_modules(sndfile REQUIRED IMPORTED_TARGET sndfile)
+pkg_check_modules(nettle REQUIRED IMPORTED_TARGET nettle)
 
 # Optional: a missing one switches its feature off and the summary says so.
 pkg_check_modules(libcamera QUIET IMPORTED_TARGET libcamera)

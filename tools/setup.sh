@@ -7,7 +7,7 @@ set -euo pipefail
 build_packages=(
   g++ cmake ninja-build pkg-config ccache
   libeigen3-dev libceres-dev libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libhwy-dev
-  libavformat-dev libavcodec-dev libavutil-dev libswscale-dev libsndfile1-dev
+  libavformat-dev libavcodec-dev libavutil-dev libswscale-dev libsndfile1-dev nettle-dev
   libopencv-core-dev libopencv-imgproc-dev
 )
 test_packages=(libgtest-dev librapidcheck-dev libbenchmark-dev libopencv-calib3d-dev python3 git ca-certificates)

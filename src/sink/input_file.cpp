@@ -1,14 +1,9 @@
-extern "C" {
-#include <libavutil/mem.h>
-#include <libavutil/sha.h>
-}
+#include <nettle/sha2.h>
 
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <memory>
-#include <new>
 
 #include "core/error.h"
 #include "sink/run_summary.h"
@@ -17,10 +12,6 @@ namespace vildar {
 namespace {
 
 constexpr std::size_t kChunkBytes = std::size_t{1} << 18;
-
-struct Freed {
-  void operator()(AVSHA* sha) const { av_free(sha); }
-};
 
 std::string hexadecimal(std::span<const std::uint8_t> bytes) {
   constexpr std::string_view kDigits = "0123456789abcdef";
@@ -49,20 +40,19 @@ InputFile describe_input(const std::string& role, const std::filesystem::path& p
   std::ifstream stream(path, std::ios::binary);
   if (!stream) fail(path, std::string("cannot be opened: ") + std::strerror(errno));
 
-  const std::unique_ptr<AVSHA, Freed> sha(av_sha_alloc());
-  if (!sha) throw std::bad_alloc();
-  av_sha_init(sha.get(), 256);
+  sha256_ctx sha;  // takes the processor's own instructions where it has them
+  sha256_init(&sha);
   InputFile input{role, path, 0, {}};
   std::vector<char> chunk(kChunkBytes);
   while (stream) {
     stream.read(chunk.data(), static_cast<std::streamsize>(chunk.size()));
     const auto got_bytes = static_cast<std::size_t>(stream.gcount());
-    av_sha_update(sha.get(), reinterpret_cast<const std::uint8_t*>(chunk.data()), got_bytes);
+    sha256_update(&sha, got_bytes, reinterpret_cast<const std::uint8_t*>(chunk.data()));
     input.size_bytes += got_bytes;
   }
   if (stream.bad()) fail(path, "read failed after " + std::to_string(input.size_bytes) + " bytes");
-  std::array<std::uint8_t, 32> digest;
-  av_sha_final(sha.get(), digest.data());
+  std::array<std::uint8_t, SHA256_DIGEST_SIZE> digest;
+  sha256_digest(&sha, digest.size(), digest.data());
   input.sha256 = hexadecimal(digest);
   return input;
 }
