@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <numeric>
 
@@ -51,18 +52,18 @@ void count_samples(const LumaView& luma, int shift, std::vector<int>& codes,
                    std::vector<int>& steps) {
   const int step_v = std::max(1, luma.height_px / kGridRows);
   const int step_u = std::max(1, luma.width_px / kGridColumns);
-  const std::size_t last = codes.size() - 1;
+  const int last = static_cast<int>(codes.size()) - 1;
   for (int v = step_v / 2; v < luma.height_px; v += step_v) {
     const std::uint8_t* row = luma.row(v);
     const auto bin_at = [&](int u) {
       T code;
       std::memcpy(&code, row + u * static_cast<int>(sizeof(T)), sizeof(T));
-      return std::min<std::size_t>(code >> shift, last);
+      return std::min(code >> shift, last);
     };
     for (int u = step_u / 2; u + 1 < luma.width_px; u += step_u) {
-      const std::size_t bin = bin_at(u), next = bin_at(u + 1);
+      const int bin = bin_at(u), next = bin_at(u + 1);
       ++codes[bin];
-      ++steps[bin > next ? bin - next : next - bin];
+      ++steps[std::abs(bin - next)];
     }
     if (luma.width_px == 1) ++codes[bin_at(0)];
   }
@@ -107,11 +108,10 @@ int ClipMeter::update(const LumaView& luma, const std::vector<PixelRun>& bright)
     lowest_code_ = nominal_code;
   }
   for (const PixelRun& run : bright)
-    for (int u = run.u_begin; u < run.u_end; ++u) {
-      const int code = luma.code(u, run.v);
+    for_each_code(luma, run, [&](int, int code) {
       if (code >= nominal_code && code - nominal_code < static_cast<int>(size))
-        ++counts_[static_cast<std::size_t>(code - nominal_code)];
-    }
+        ++counts_[code - nominal_code];
+    });
   std::int64_t total = 0;
   for (const std::int64_t count : counts_) total += count;
   const auto mode = std::max_element(counts_.begin(), counts_.end());

@@ -129,8 +129,7 @@ int PeakFinder::floor_code(const LumaView& luma, std::span<const int> run_indice
   if (left <= kMostPixels) return threshold_code;
   histogram_.assign(std::size_t{1} << luma.bit_depth, 0);
   for (const int index : run_indices)
-    for (int u = runs[index].u_begin; u < runs[index].u_end; ++u)
-      ++histogram_[luma.code(u, runs[index].v)];
+    for_each_code(luma, runs[index], [&](int, int code) { ++histogram_[code]; });
   const int plateau_code = rules.clip_code - rules.least_valley_codes / 2;
   int floor = threshold_code;
   while (left > kMostPixels && floor < plateau_code) left -= histogram_[floor++];
@@ -157,12 +156,11 @@ void PeakFinder::load(const LumaView& luma, std::span<const int> run_indices,
   for (const int index : run_indices) {
     const PixelRun& run = runs[index];
     const int row = (run.v - box.v_min + 1) * grid_width_ - box.u_min + 1;
-    for (int u = run.u_begin; u < run.u_end; ++u) {
-      const int code = luma.code(u, run.v);
-      if (code < floor_code) continue;
+    for_each_code(luma, run, [&](int u, int code) {
+      if (code < floor_code) return;
       if (code >= plateau_code) plateau_.push_back(static_cast<int>(nodes_.size()));
       nodes_.push_back({u, run.v, code, code, row + u, kNone});
-    }
+    });
   }
   fill_depths(rules.clip_code);
 }
@@ -195,27 +193,28 @@ int PeakFinder::set_about(int node, const PeakRules& rules) {
   const int row = grid_width_;
   const int* middle = &grid_[nodes_[node].cell];
   const int height = nodes_[node].height;
-  int mine = kNone, seen = 0;
-  for (const int offset : {-1, 1, -row, row, -row - 1, -row + 1, row - 1, row + 1}) {
-    const int label = middle[offset];
-    if (label == seen || label == 0) continue;
-    seen = label;
-    const int theirs = root_of(label - 1);
-    if (mine == theirs) continue;
-    if (mine != kNone) {
-      mine = join(mine, theirs, height, rules);
-      continue;
-    }
-    mine = theirs;
-    Set& set = sets_[mine];
-    nodes_[set.last].next = node;
-    set.last = node;
-    ++set.count;
+  const std::array<int, 8> about{middle[-1],      middle[1],        middle[-row],
+                                 middle[row],     middle[-row - 1], middle[-row + 1],
+                                 middle[row - 1], middle[row + 1]};
+  const int last = *std::max_element(about.begin(), about.end());
+  if (last == 0) {
+    const int own = static_cast<int>(sets_.size());
+    sets_.push_back({own, node, node, height, 1, false});
+    return own;
   }
-  if (mine != kNone) return mine;
-  const int own = static_cast<int>(sets_.size());
-  sets_.push_back({own, node, node, height, 1, false});
-  return own;
+  int mine = root_of(last - 1);
+  Set& set = sets_[mine];
+  nodes_[set.last].next = node;
+  set.last = node;
+  ++set.count;
+  bool others = false;  // most pixels have one set about them
+  for (const int label : about) others |= (label != 0) & (label != last);
+  for (std::size_t i = 0; others && i < about.size(); ++i) {
+    if (about[i] == 0) continue;
+    const int theirs = root_of(about[i] - 1);
+    if (theirs != mine) mine = join(mine, theirs, height, rules);
+  }
+  return mine;
 }
 
 void PeakFinder::add(const LumaView& luma, std::span<const int> run_indices,

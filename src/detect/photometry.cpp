@@ -81,6 +81,16 @@ Measured Photometer::first_guess(const LumaView& luma, std::span<const PixelAt> 
   return light;
 }
 
+int Photometer::median_of_ring(std::size_t codes) {
+  counts_.resize(std::max(counts_.size(), codes));
+  for (const int code : ring_) ++counts_[code];
+  int median = *std::min_element(ring_.begin(), ring_.end());
+  for (int rank = static_cast<int>(ring_.size() / 2); rank >= counts_[median]; ++median)
+    rank -= counts_[median];
+  for (const int code : ring_) counts_[code] = 0;
+  return median;
+}
+
 void Photometer::find_background(const LumaView& luma, const LightScale& scale, Measured& light) {
   const Eigen::Vector2d reach = kApertureSpreads * light.spread_px;
   const Range inner_u(light.centre_px.x(), reach.x() + 0.5, luma.width_px);
@@ -102,9 +112,7 @@ void Photometer::find_background(const LumaView& luma, const LightScale& scale, 
     light.background_sigma = scale.sigma[0];
     return;
   }
-  const auto middle = ring_.begin() + static_cast<std::ptrdiff_t>(ring_.size() / 2);
-  std::nth_element(ring_.begin(), middle, ring_.end());
-  const int code = *middle;
+  const int code = median_of_ring(scale.linear.size());
   // The mean of the codes near the median is finer than the median, which is a whole code.
   const double reach_linear =
       3.0 * scale.sigma[code] +

@@ -58,6 +58,7 @@ class Photometer {
   };
   Measured first_guess(const LumaView& luma, std::span<const PixelAt> pixels, const Peak& peak,
                        const LightScale& scale) const;
+  int median_of_ring(std::size_t codes);
   void find_background(const LumaView& luma, const LightScale& scale, Measured& light);
   void find_neighbours(std::size_t index);
   Columns own_columns(double dv_px, const Measured& light, int from, int to) const;
@@ -72,7 +73,8 @@ class Photometer {
   std::vector<Measured> lights_;
   std::vector<Neighbour> neighbours_;
   std::vector<Eigen::Vector2d> hidden_;
-  std::vector<int> ring_;
+  std::vector<int> ring_;    // codes about a light
+  std::vector<int> counts_;  // of the ring by code, 0 between calls
   std::vector<WindowColumn> window_u_;
   std::vector<WindowRow> rows_;
 };

@@ -13,6 +13,16 @@ struct PixelRun {
   int u_end = 0;
 };
 
+/// Calls `use(u, code)` for each pixel of a run.
+template <class Use>
+void for_each_code(const LumaView& luma, const PixelRun& run, Use use) {
+  const std::uint8_t* row = luma.row(run.v);
+  if (luma.bytes_per_sample() == 1)
+    for (int u = run.u_begin; u < run.u_end; ++u) use(u, int{row[u]});
+  else
+    for (int u = run.u_begin; u < run.u_end; ++u) use(u, luma.code(u, run.v));
+}
+
 /// Replaces `runs` by all runs of the plane with code >= threshold_code, in reading order.
 /// A threshold below 1 counts as 1; one above the deepest code finds nothing.
 void find_runs(const LumaView& luma, int threshold_code, std::vector<PixelRun>& runs);
