@@ -3,6 +3,8 @@
 #include <array>
 #include <cmath>
 
+#include <ceres/sized_cost_function.h>
+
 #include "core/quantity.h"
 #include "estimate/geometry_cost.h"
 
@@ -49,17 +51,22 @@ struct Receiver {
   double middle_s = 0.0;     ///< time at which background and drift are referred
 };
 
-/// ln of the received power over the power unit, without background; false where the vehicle is not
-/// ahead of the photodiode.
+/// How a photodiode sees the vehicle, ahead of it; all that the light's unknowns have no part in.
 template <class T>
-bool log_power(const T* path, const T* light, const LightSetting& setting,
-               const Eigen::Vector3d& receiver_m, const T& moved_m, const T& tau_s, T& value) {
+struct LightPath {
+  T log_distance;  ///< ln of metres
+  T azimuth_rad, elevation_rad;
+  T log_cosine;  ///< of the angle off the road's direction
+};
+
+/// False where the vehicle is not ahead of the photodiode.
+template <class T>
+bool light_path(const T* path, const GeometryProblem& problem, const Eigen::Vector3d& receiver_m,
+                const T& moved_m, const T& tau_s, LightPath<T>& seen) {
   using std::atan2;
-  using std::cos;
   using std::exp;
   using std::log;
   using std::sqrt;
-  const GeometryProblem& problem = *setting.problem;
   const T scale_m = exp(path[kLogScale]);
   const PathPoint<T> place = vehicle_point(path, problem.setting, tau_s);
   const T ahead_m = place.x_m - receiver_m.x() - moved_m;
@@ -67,17 +74,22 @@ bool log_power(const T* path, const T* light, const LightSetting& setting,
   const T below_m = receiver_m.z() - problem.setting.camera_m.z() + scale_m * path[kDrop];
   if (!(ahead_m > T(0.0))) return false;
   const T level2_m2 = ahead_m * ahead_m + across_m * across_m;
-  const T distance_m = sqrt(level2_m2 + below_m * below_m);
+  seen.log_distance = 0.5 * log(level2_m2 + below_m * below_m);
   // As seen from the vehicle, whose axis lies along its path.
-  const T azimuth_rad = atan2(across_m, ahead_m) - place.heading_rad;
-  const T elevation_rad = atan2(below_m, sqrt(level2_m2));
-  value = light[kLogGain] + light[kExponent] * (path[kLogScale] - log(distance_m)) -
-          light[kBeamWidth] * azimuth_rad * azimuth_rad - light[kBeamTilt] * elevation_rad;
-  if (setting.cosine_exponent > 0.0) value += setting.cosine_exponent * log(ahead_m / distance_m);
-  for (int k = 1; k <= kBeamWaves; ++k)
-    value += light[kBeamWave + k - 1] * (cos(k * kPi / kBeamEdge_rad * azimuth_rad) - 1.0);
+  seen.azimuth_rad = atan2(across_m, ahead_m) - place.heading_rad;
+  seen.elevation_rad = atan2(below_m, sqrt(level2_m2));
+  seen.log_cosine = log(ahead_m) - seen.log_distance;
   return true;
 }
+
+/// ln of the received power over the power unit, without background, and its slope by azimuth.
+struct LogPower {
+  double value = 0.0, by_azimuth = 0.0;
+  std::array<double, kBeamWaves> waves{};  ///< what each cosine is multiplied with
+
+  LogPower(const double* light, const LightSetting& setting, double log_scale,
+           const LightPath<double>& seen);
+};
 
 /// A block's mean in power units, and what the model needs to know of it.
 struct LitBlock {
@@ -89,24 +101,21 @@ struct LitBlock {
   double sigma = 0.0;  ///< as used: noise, what the model leaves out, and correlation
 };
 
-/// Whitened error of one block's mean.
-struct BlockResidual {
-  const LightSetting* setting;
-  const Receiver* receiver;
-  const LitBlock* block;
+/// Whitened error of one block's mean, by path, light and its photodiode's own unknowns.
+class BlockResidual
+    : public ceres::SizedCostFunction<1, kPathParameters, kLightParameters, kReceiverParameters> {
+ public:
+  /// All three outlive this.
+  BlockResidual(const LightSetting& setting, const Receiver& receiver, const LitBlock& block)
+      : setting_(setting), receiver_(receiver), block_(block) {}
 
-  template <class T>
-  bool operator()(const T* path, const T* light, const T* own, T* residual) const {
-    using std::exp;
-    const T tau_s = block->time_s - setting->problem->reference_s + light[kTimeShift];
-    T value;
-    if (!log_power(path, light, *setting, receiver->position_m, own[kAhead], tau_s, value))
-      return false;
-    const T expected = block->bulge * exp(value + own[kLogRatio]) + own[kBackground] +
-                       (block->time_s - receiver->middle_s) * own[kDrift];
-    residual[0] = (block->power - expected) / block->sigma;
-    return true;
-  }
+  /// False where the vehicle is not ahead of the photodiode.
+  bool Evaluate(double const* const* unknowns, double* residual, double** jacobians) const override;
+
+ private:
+  const LightSetting& setting_;
+  const Receiver& receiver_;
+  const LitBlock& block_;
 };
 
 }  // namespace vildar

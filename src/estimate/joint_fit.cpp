@@ -83,11 +83,8 @@ void add_light(const JointProblem& joint, Unknowns& unknowns, double span_s,
     const Lit& lit = joint.receivers[r];
     double* own = unknowns.own[r].data();
     for (const LitBlock& block : lit.blocks)
-      problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<BlockResidual, 1, kPathParameters, kLightParameters,
-                                          kReceiverParameters>(
-              new BlockResidual{&joint.light, &lit.receiver, &block}),
-          loss, unknowns.path.data(), unknowns.light.data(), own);
+      problem.AddResidualBlock(new BlockResidual(joint.light, lit.receiver, block), loss,
+                               unknowns.path.data(), unknowns.light.data(), own);
     problem.AddResidualBlock(
         new ceres::AutoDiffCostFunction<ReceiverPrior, kReceiverPriors, kReceiverParameters>(
             new ReceiverPrior{&lit.receiver, lit.start[kBackground], span_s}),
@@ -138,8 +135,10 @@ Outcome<Solved> solve_joint(const JointProblem& joint, Unknowns& unknowns, doubl
     Eigen::VectorXd errors(static_cast<Eigen::Index>(lit.blocks.size()));
     for (std::size_t i = 0; i < lit.blocks.size(); ++i) {
       double residual = 0.0;
-      BlockResidual{&joint.light, &lit.receiver, &lit.blocks[i]}(
-          unknowns.path.data(), unknowns.light.data(), unknowns.own[r].data(), &residual);
+      const std::array<const double*, 3> all{unknowns.path.data(), unknowns.light.data(),
+                                             unknowns.own[r].data()};
+      BlockResidual(joint.light, lit.receiver, lit.blocks[i])
+          .Evaluate(all.data(), &residual, nullptr);
       errors[static_cast<Eigen::Index>(i)] = residual * lit.blocks[i].sigma;
     }
     solved.errors.push_back(std::move(errors));

@@ -129,11 +129,12 @@ double first_log_gain(const JointProblem& problem, const PathVector& path, Light
   for (const Lit& lit : problem.receivers)
     for (const LitBlock& block : lit.blocks) {
       const double signal = block.light;
-      double value = 0.0;
+      LightPath<double> seen;
       if (!(signal > 3.0 * block.sigma) ||
-          !log_power(path.data(), light.data(), problem.light, lit.receiver.position_m, 0.0,
-                     block.time_s - problem.geometry.reference_s, value))
+          !light_path(path.data(), problem.geometry, lit.receiver.position_m, 0.0,
+                      block.time_s - problem.geometry.reference_s, seen))
         continue;
+      const double value = LogPower(light.data(), problem.light, path[kLogScale], seen).value;
       const double w = std::pow(signal / block.sigma, 2);
       sum += w * (std::log(signal) - value - lit.start[kLogRatio]);
       weight += w;
