@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 
 #include <ceres/sized_cost_function.h>
 
@@ -35,6 +34,14 @@ enum ReceiverParameter : int {
 /// Azimuth at which the cosines have gone through half a turn; the model is used up to here.
 inline constexpr double kBeamEdge_rad = 0.45;
 
+/// Prior of a beam coefficient about nought, loose enough for any headlamp: e-fold at 0.3 rad, half
+/// an e-fold of ripple.
+constexpr double beam_prior_std(int parameter) {
+  if (parameter == kBeamWidth) return 12.0;
+  if (parameter == kBeamTilt) return 10.0;
+  return 0.5 / (parameter - kBeamWave + 1);
+}
+
 struct LightSetting {
   const GeometryProblem* problem = nullptr;
   double log_gain = 0.0, log_gain_std = 0.0;  ///< prior of ln (gain over power unit); std 0: none
@@ -51,45 +58,19 @@ struct Receiver {
   double middle_s = 0.0;     ///< time at which background and drift are referred
 };
 
-/// How a photodiode sees the vehicle, ahead of it; all that the light's unknowns have no part in.
-template <class T>
-struct LightPath {
-  T log_distance;  ///< ln of metres
-  T azimuth_rad, elevation_rad;
-  T log_cosine;  ///< of the angle off the road's direction
+/// How ln of the received power follows its unknowns.
+struct PowerGradient {
+  /// Path, then the time and the photodiode's place along the road.
+  Eigen::Matrix<double, kPathParameters + 2, 1> geometry;
+  std::array<double, kLightParameters> light{};
 };
 
-/// False where the vehicle is not ahead of the photodiode.
-template <class T>
-bool light_path(const T* path, const GeometryProblem& problem, const Eigen::Vector3d& receiver_m,
-                const T& moved_m, const T& tau_s, LightPath<T>& seen) {
-  using std::atan2;
-  using std::exp;
-  using std::log;
-  using std::sqrt;
-  const T scale_m = exp(path[kLogScale]);
-  const PathPoint<T> place = vehicle_point(path, problem.setting, tau_s);
-  const T ahead_m = place.x_m - receiver_m.x() - moved_m;
-  const T across_m = place.y_m - receiver_m.y();
-  const T below_m = receiver_m.z() - problem.setting.camera_m.z() + scale_m * path[kDrop];
-  if (!(ahead_m > T(0.0))) return false;
-  const T level2_m2 = ahead_m * ahead_m + across_m * across_m;
-  seen.log_distance = 0.5 * log(level2_m2 + below_m * below_m);
-  // As seen from the vehicle, whose axis lies along its path.
-  seen.azimuth_rad = atan2(across_m, ahead_m) - place.heading_rad;
-  seen.elevation_rad = atan2(below_m, sqrt(level2_m2));
-  seen.log_cosine = log(ahead_m) - seen.log_distance;
-  return true;
-}
-
-/// ln of the received power over the power unit, without background, and its slope by azimuth.
-struct LogPower {
-  double value = 0.0, by_azimuth = 0.0;
-  std::array<double, kBeamWaves> waves{};  ///< what each cosine is multiplied with
-
-  LogPower(const double* light, const LightSetting& setting, double log_scale,
-           const LightPath<double>& seen);
-};
+/// ln of the received power over the power unit, without background, `tau_s` after the path's
+/// reference time; a pair of lamps shines in halves, each from its own place. `moved_m`: of the
+/// photodiode along the road. False where a lamp is not ahead of the photodiode.
+bool log_power(const double* path, const double* light, const LightSetting& setting,
+               const Eigen::Vector3d& receiver_m, double moved_m, double tau_s, double& value,
+               PowerGradient* gradient = nullptr);
 
 /// A block's mean in power units, and what the model needs to know of it.
 struct LitBlock {

@@ -76,6 +76,7 @@ std::optional<Lit> lit_receiver(const PowerTrace& trace, const Trajectory& traje
                                 const Site& site, double from_s, double to_s) {
   const PhotodiodeSite& diode = site.photodiodes.at(static_cast<std::size_t>(trace.photodiode));
   Lit lit;
+  lit.photodiode = trace.photodiode;
   for (int axis = 0; axis < 3; ++axis)
     lit.receiver.position_m[axis] = diode.position_m[static_cast<std::size_t>(axis)].mean;
   lit.receiver.log_ratio = std::log(diode.gain_ratio.mean);
@@ -129,12 +130,11 @@ double first_log_gain(const JointProblem& problem, const PathVector& path, Light
   for (const Lit& lit : problem.receivers)
     for (const LitBlock& block : lit.blocks) {
       const double signal = block.light;
-      LightPath<double> seen;
+      double value = 0.0;
       if (!(signal > 3.0 * block.sigma) ||
-          !light_path(path.data(), problem.geometry, lit.receiver.position_m, 0.0,
-                      block.time_s - problem.geometry.reference_s, seen))
+          !log_power(path.data(), light.data(), problem.light, lit.receiver.position_m, 0.0,
+                     block.time_s - problem.geometry.reference_s, value))
         continue;
-      const double value = LogPower(light.data(), problem.light, path[kLogScale], seen).value;
       const double w = std::pow(signal / block.sigma, 2);
       sum += w * (std::log(signal) - value - lit.start[kLogRatio]);
       weight += w;

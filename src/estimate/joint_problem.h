@@ -16,6 +16,7 @@ using ReceiverVector = std::array<double, kReceiverParameters>;
 
 /// What one photodiode received of the vehicle, in power units.
 struct Lit {
+  int photodiode = 0;  ///< index in the site
   Receiver receiver;
   std::vector<LitBlock> blocks;
   ReceiverVector start{};

@@ -40,6 +40,7 @@ Case drawn(double bend, Random& random) {
   made.path[kLateral] = random.normal(-0.1, 0.05);
   made.path[kDrop] = random.normal(-0.1, 0.02);
   made.path[kLogRadius] = std::log(2.0);
+  made.path[kLogSeparation] = std::log(0.04);
   for (double& one : made.of_light) one = random.normal(0.0, 0.3);
   made.of_light[kExponent] = random.uniform(1.5, 2.5);
   made.of_light[kBeamWidth] = random.normal(0.0, 10.0);
@@ -53,6 +54,7 @@ TEST(BlockResidual, SlopesAreThoseOfDifferences) {
   Random random(5);
   for (int trial = 0; trial < 60; ++trial) {
     Case made = drawn(trial % 3 - 1.0, random);
+    made.problem.pairs = trial % 2 == 0;
     made.light.problem = &made.problem;
     std::array<double, kPathParameters> by_path{};
     std::array<double, kLightParameters> by_light{};
@@ -79,6 +81,34 @@ TEST(BlockResidual, SlopesAreThoseOfDifferences) {
     compare(made.of_light, by_light, "light");
     compare(made.own, by_own, "own");
   }
+}
+
+// Written out for lamps each in its own place: free space, cosine of incidence, even beam.
+TEST(LogPower, APairShinesInHalvesFromItsTwoPlaces) {
+  Random random(7);
+  Case made = drawn(0.0, random);
+  made.light.problem = &made.problem;
+  made.problem.pairs = true;
+  made.problem.setting.steps.clear();
+  made.of_light.fill(0.0);
+  made.of_light[kLogGain] = 0.4;
+  made.of_light[kExponent] = 2.0;
+  constexpr double kTau_s = 0.4, kMoved_m = 0.3;
+  double value = 0.0;
+  ASSERT_TRUE(log_power(made.path.data(), made.of_light.data(), made.light,
+                        made.receiver.position_m, kMoved_m, kTau_s, value));
+  const double scale_m = std::exp(made.path[kLogScale]);
+  const double along =
+      1.0 - kTau_s * (made.path[kClosingRate] + 0.5 * kTau_s * made.path[kAcceleration]);
+  const Eigen::Vector3d middle_m(scale_m * along, scale_m * made.path[kLateral],
+                                 5.0 - scale_m * made.path[kDrop]);
+  double sum = 0.0;
+  for (const double side : {-0.02, 0.02}) {
+    const Eigen::Vector3d apart_m =
+        middle_m + Eigen::Vector3d(-kMoved_m, side * scale_m, 0.0) - made.receiver.position_m;
+    sum += 0.5 * std::exp(0.4) * scale_m * scale_m * apart_m.x() / std::pow(apart_m.norm(), 3);
+  }
+  EXPECT_NEAR(value, std::log(sum), 1e-12);
 }
 
 TEST(BlockResidual, HasNoneForAVehicleThatIsPast) {
