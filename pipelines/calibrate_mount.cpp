@@ -1,7 +1,6 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <set>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -12,6 +11,7 @@
 #include "core/error.h"
 #include "core/quantity.h"
 #include "core/text.h"
+#include "pipelines/calibration_inputs.h"
 #include "pipelines/commands.h"
 #include "pipelines/recorded_passes.h"
 
@@ -23,30 +23,6 @@ struct MountArguments {
   std::filesystem::path site, out;
   bool json = false;
 };
-
-Problem usage(const std::filesystem::path& site, const std::string& fault,
-              const std::string& remedy) {
-  return {site.string(), 0, "", fault, remedy};
-}
-
-Site load_fixed_site(const std::filesystem::path& file) {
-  Site site = load_site(file);
-  if (!site.camera)
-    throw ConfigError({usage(file, "the site has no camera", "add a `camera:` section")});
-  if (site.ego)
-    throw ConfigError(
-        {usage(file, "the camera drives (`ego:`)",
-               "learn from a camera that stands still; a dashcam has no fixed mount")});
-  return site;
-}
-
-// Passes that count twice would make the site twice as sure of them.
-void refuse_repeated(const std::vector<std::filesystem::path>& runs) {
-  std::set<std::filesystem::path> folders;
-  for (const std::filesystem::path& run : runs)
-    if (!folders.insert(std::filesystem::weakly_canonical(run)).second)
-      throw ConfigError({usage(run, "the run is given twice", "name each run once")});
-}
 
 SiteLearning learn(const std::vector<VehicleTrack>& passes, const Site& site) {
   auto outcome = learn_site(passes, site);
@@ -69,8 +45,6 @@ std::string text_of(const LearnedQuantity& quantity, const Uncertain& value) {
          fixed_text(for_people(quantity, value.std), 4);
 }
 
-std::string percent(double share) { return fixed_text(100.0 * share, 2) + " %"; }
-
 std::string text_report(const SiteLearning& learning) {
   std::string out = std::to_string(learning.passes) + " passes";
   for (const auto& [reason, count] : learning.left_out)
@@ -84,10 +58,10 @@ std::string text_report(const SiteLearning& learning) {
            "; sigma " + fixed_text(quantity.before.std / quantity.after.std, 2) +
            " times smaller)\n";
   }
-  out += "speed of a vehicle: sigma " + percent(learning.speed_std_before) + " -> " +
-         percent(learning.speed_std_after) + " (median)\n";
-  out += "common to all speeds of the site: " + percent(learning.common_scale_std_before) + " -> " +
-         percent(learning.common_scale_std) +
+  out += "speed of a vehicle: sigma " + percent_text(learning.speed_std_before) + " -> " +
+         percent_text(learning.speed_std_after) + " (median)\n";
+  out += "common to all speeds of the site: " + percent_text(learning.common_scale_std_before) +
+         " -> " + percent_text(learning.common_scale_std) +
          "; bearings do not tell the scale of the lengths, so this rests on the site file: survey "
          "the height of the camera over the lamps, or a lane, to lower it\n";
   if (!learning.settled())
@@ -125,8 +99,8 @@ void calibrate_mount(const MountArguments& arguments) {
   refuse_repeated(arguments.runs);
   std::vector<VehicleTrack> passes;
   for (const std::filesystem::path& run : arguments.runs)
-    for (VehicleTrack& track : read_recorded_passes(run, *site.camera))
-      passes.push_back(std::move(track));
+    for (RecordedPass& pass : read_recorded_passes(run, *site.camera))
+      if (pass.sound) passes.push_back(std::move(pass.track));
   const SiteLearning learning = learn(passes, site);
   write_file_atomically(arguments.out, effective_site_yaml(learning.site));
   std::cout << (arguments.json ? json_report(learning) : text_report(learning)) << std::flush;

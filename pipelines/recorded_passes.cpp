@@ -19,26 +19,25 @@ struct LampColumns {
 constexpr LampColumns kLeft{"u_left_px", "v_left_px", "u_left_std_px", "v_left_std_px"};
 constexpr LampColumns kRight{"u_right_px", "v_right_px", "u_right_std_px", "v_right_std_px"};
 
-// Tracks that a trajectory may be fitted to, by their id.
-std::map<std::int64_t, VehicleTrack> tracks_of_interest(const fs::path& file) {
+std::map<std::int64_t, RecordedPass> vehicles_of(const fs::path& file) {
   CsvReader csv(file, {"track_id", "direction", "status"});
-  std::map<std::int64_t, VehicleTrack> tracks;
+  std::map<std::int64_t, RecordedPass> passes;
   while (csv.next()) {
+    RecordedPass pass;
     const std::string_view status = csv.required_text("status");
-    if (status != "measured" && status != "withheld:too_uncertain") continue;
-    VehicleTrack track;
-    track.id = static_cast<int>(csv.integer("track_id"));
+    pass.sound = status == "measured" || status == "withheld:too_uncertain";
+    pass.track.id = static_cast<int>(csv.integer("track_id"));
     const std::string_view direction = csv.required_text("direction");
     if (direction == name_of(Direction::receding)) {
-      track.direction = Direction::receding;
-      track.kind = LampKind::taillamp;
+      pass.track.direction = Direction::receding;
+      pass.track.kind = LampKind::taillamp;
     } else if (direction != name_of(Direction::oncoming)) {
       csv.fail("direction", "\"" + std::string(direction) + "\" is not a direction",
                "write oncoming or receding");
     }
-    tracks.emplace(track.id, std::move(track));
+    passes.emplace(pass.track.id, std::move(pass));
   }
-  return tracks;
+  return passes;
 }
 
 std::optional<LampSighting> lamp_of(const CsvReader& csv, const LampColumns& columns,
@@ -63,28 +62,28 @@ std::optional<LampSighting> lamp_of(const CsvReader& csv, const LampColumns& col
 
 }  // namespace
 
-std::vector<VehicleTrack> read_recorded_passes(const fs::path& run_folder,
+std::vector<RecordedPass> read_recorded_passes(const fs::path& run_folder,
                                                const CameraSite& camera) {
-  std::map<std::int64_t, VehicleTrack> tracks = tracks_of_interest(run_folder / "speeds.csv");
+  std::map<std::int64_t, RecordedPass> vehicles = vehicles_of(run_folder / "speeds.csv");
   CsvReader csv(run_folder / "tracks.csv",
                 {"frame", "t_s", "track_id", kLeft.u_px, kLeft.v_px, kRight.u_px, kRight.v_px,
                  kLeft.u_std_px, kLeft.v_std_px, kRight.u_std_px, kRight.v_std_px});
   while (csv.next()) {
-    const auto found = tracks.find(csv.integer("track_id"));
-    if (found == tracks.end()) continue;
+    const auto found = vehicles.find(csv.integer("track_id"));
+    if (found == vehicles.end()) continue;
     VehicleSighting sighting;
     sighting.frame = csv.integer("frame");
     sighting.time = time_from_seconds<CameraTime>(csv.number("t_s"));
-    auto& sightings = found->second.sightings;
+    auto& sightings = found->second.track.sightings;
     if (!sightings.empty() && sighting.frame <= sightings.back().frame)
       csv.fail("frame", "does not come after the track's frame before", "sort by frame");
     sighting.left = lamp_of(csv, kLeft, camera);
     sighting.right = lamp_of(csv, kRight, camera);
     if (sighting.left || sighting.right) sightings.push_back(sighting);
   }
-  std::vector<VehicleTrack> passes;
-  for (auto& [id, track] : tracks)
-    if (!track.sightings.empty()) passes.push_back(std::move(track));
+  std::vector<RecordedPass> passes;
+  for (auto& [id, pass] : vehicles)
+    if (!pass.track.sightings.empty()) passes.push_back(std::move(pass));
   return passes;
 }
 

@@ -22,8 +22,6 @@ struct LightPrior {
 
   template <class T>
   bool operator()(const T* path, const T* light, T* residual) const {
-    // Loose enough for any headlamp: e-fold at 0.3 rad, half an e-fold of ripple.
-    constexpr double kWidth = 12.0, kTilt = 10.0, kWave = 0.5;
     const auto& s = *setting;
     residual[0] =
         s.log_gain_std > 0.0
@@ -31,10 +29,8 @@ struct LightPrior {
             : T(0.0);
     residual[1] = s.exponent_std > 0.0 ? (light[kExponent] - s.exponent) / s.exponent_std : T(0.0);
     residual[2] = s.time_shift_std_s > 0.0 ? light[kTimeShift] / s.time_shift_std_s : T(0.0);
-    residual[3] = light[kBeamWidth] / kWidth;
-    residual[4] = light[kBeamTilt] / kTilt;
-    for (int k = 1; k <= kBeamWaves; ++k)
-      residual[4 + k] = light[kBeamWave + k - 1] * static_cast<double>(k) / kWave;
+    for (int i = kBeamWidth; i < kLightParameters; ++i)
+      residual[3 + i - kBeamWidth] = light[i] / beam_prior_std(i);
     return true;
   }
 };
@@ -66,6 +62,7 @@ struct Unknowns {
 
 struct Solved {
   GeometryFit fit;
+  Eigen::MatrixXd covariance;  ///< of all free unknowns: path, light, each photodiode's own
   std::vector<Eigen::VectorXd> errors;  ///< of each photodiode's blocks, in power units
 };
 
@@ -74,6 +71,14 @@ std::vector<int> free_light(const LightSetting& light) {
   if (light.exponent_std > 0.0) free.push_back(kExponent);
   if (light.time_shift_std_s > 0.0) free.push_back(kTimeShift);
   for (int i = kBeamWidth; i < kLightParameters; ++i) free.push_back(i);
+  return free;
+}
+
+std::vector<int> free_own(const JointProblem& joint, std::size_t receiver) {
+  std::vector<int> free{kBackground, kDrift};
+  if (receiver > 0 && joint.receivers[receiver].receiver.log_ratio_std > 0.0)
+    free.push_back(kLogRatio);
+  if (receiver > 0 && joint.receivers[receiver].receiver.ahead_std_m > 0.0) free.push_back(kAhead);
   return free;
 }
 
@@ -89,10 +94,7 @@ void add_light(const JointProblem& joint, Unknowns& unknowns, double span_s,
         new ceres::AutoDiffCostFunction<ReceiverPrior, kReceiverPriors, kReceiverParameters>(
             new ReceiverPrior{&lit.receiver, lit.start[kBackground], span_s}),
         nullptr, own);
-    std::vector<int> free{kBackground, kDrift};
-    if (r > 0 && lit.receiver.log_ratio_std > 0.0) free.push_back(kLogRatio);
-    if (r > 0 && lit.receiver.ahead_std_m > 0.0) free.push_back(kAhead);
-    hold_fixed_all_but(free, kReceiverParameters, own, problem);
+    hold_fixed_all_but(free_own(joint, r), kReceiverParameters, own, problem);
   }
   problem.AddResidualBlock(
       new ceres::AutoDiffCostFunction<LightPrior, kLightPriors, kPathParameters, kLightParameters>(
@@ -126,6 +128,7 @@ Outcome<Solved> solve_joint(const JointProblem& joint, Unknowns& unknowns, doubl
   solved.fit.parameters = unknowns.path;
   const std::vector<int> free = free_parameters(joint.geometry);
   const Solution& solution = std::get<Solution>(outcome);
+  solved.covariance = solution.covariance;
   for (std::size_t i = 0; i < free.size(); ++i)
     for (std::size_t j = 0; j < free.size(); ++j)
       solved.fit.covariance(free[i], free[j]) =
@@ -188,6 +191,47 @@ double correlation_factor(const Lit& lit, const Eigen::VectorXd& errors, double 
   return std::sqrt((1.0 + kept) / (1.0 - kept));
 }
 
+// What the solution tells of things that the site's passes share.
+void tell_shared(const JointProblem& joint, const Unknowns& unknowns, const Solved& solved,
+                 JointFit& fit) {
+  const auto place_of = [](const std::vector<int>& free, int parameter) {
+    return static_cast<int>(std::ranges::find(free, parameter) - free.begin());
+  };
+  std::vector<int> places;
+  const std::vector<int> path = free_parameters(joint.geometry), light = free_light(joint.light);
+  int begin = static_cast<int>(path.size());
+  if (joint.light.time_shift_std_s > 0.0) {
+    places.push_back(begin + place_of(light, kTimeShift));
+    fit.shared.push_back({SharedLight::Kind::time_offset_s, 0, unknowns.light[kTimeShift],
+                          joint.light.time_shift_std_s});
+  }
+  for (int i = kBeamWidth; i < kLightParameters; ++i) {
+    places.push_back(begin + place_of(light, i));
+    fit.shared.push_back(
+        {SharedLight::Kind::beam, i - kBeamWidth, unknowns.light[i], beam_prior_std(i)});
+  }
+  begin += static_cast<int>(light.size());
+  for (std::size_t r = 0; r < joint.receivers.size(); ++r) {
+    const std::vector<int> own = free_own(joint, r);
+    const Lit& lit = joint.receivers[r];
+    // Ratios are to the site's first photodiode; without it, this pass has them to another.
+    if (const int at = place_of(own, kLogRatio);
+        joint.receivers.front().photodiode == 0 && at < static_cast<int>(own.size())) {
+      places.push_back(begin + at);
+      fit.shared.push_back({SharedLight::Kind::log_gain_ratio, lit.photodiode,
+                            unknowns.own[r][kLogRatio] - lit.receiver.log_ratio,
+                            lit.receiver.log_ratio_std});
+    }
+    begin += static_cast<int>(own.size());
+  }
+  fit.shared_covariance = solved.covariance(places, places);
+  const int scale = place_of(path, kLogScale);
+  if (scale < static_cast<int>(path.size()))
+    for (std::size_t i = 0; i < places.size(); ++i)
+      fit.shared[i].by_scale =
+          solved.covariance(places[i], scale) / solved.covariance(scale, scale);
+}
+
 // Why this solution is not to be used, if so.
 std::optional<Miss> gate(const JointProblem& joint, const Solved& solved,
                          const Trajectory& camera_only) {
@@ -223,11 +267,16 @@ Outcome<JointFit> fit_joint(const Trajectory& camera_only, const Site& site,
   for (std::size_t r = 0; r < factors.size(); ++r)
     factors[r] = correlation_factor(joint.receivers[r], solved.errors[r], share);
   set_sigmas(joint, share, factors);
-  const auto second = solve_joint(joint, unknowns, to_s - from_s, false);
+  Unknowns sharper_unknowns = unknowns;
+  const auto second = solve_joint(joint, sharper_unknowns, to_s - from_s, false);
   const Solved* sharper = std::get_if<Solved>(&second);
-  if (sharper && !gate(joint, *sharper, camera_only)) solved = *sharper;
+  if (sharper && !gate(joint, *sharper, camera_only)) {
+    solved = *sharper;
+    unknowns = sharper_unknowns;
+  }
 
   JointFit fit;
+  tell_shared(joint, unknowns, solved, fit);
   fit.samples = joint.samples;
   fit.power_chi2_per_block = chi2_per_block(joint, solved.errors, kUnmodelled.back());
   fit.trajectory = camera_only;

@@ -2,16 +2,29 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "estimate/trajectory.h"
 #include "estimate/vehicle.h"
 
 namespace vildar {
 
+/// What the passes of a site share (its clock, its gains) or have alike (their beams), as one of
+/// them tells it.
+struct SharedLight {
+  enum class Kind { time_offset_s, beam, log_gain_ratio } kind = Kind::time_offset_s;
+  int index = 0;           ///< of the beam's coefficient, or the photodiode in the site
+  double off = 0.0;        ///< from the prior's mean
+  double prior_std = 0.0;  ///< that it was given
+  double by_scale = 0.0;   ///< how it follows the ln of all lengths of the pass
+};
+
 struct JointFit {
   Trajectory trajectory;  ///< the camera's, moved and sharpened by the photodiodes
   double power_chi2_per_block = 0.0;
   std::int64_t samples = 0;  ///< photodiode samples behind the blocks used
+  std::vector<SharedLight> shared;
+  Eigen::MatrixXd shared_covariance;  ///< posterior, of what `shared` lists
 };
 
 /// Bearings and photodiode power together. The lamp's beam multiplies the channel law by a smooth

@@ -10,38 +10,43 @@ namespace {
 
 namespace fs = std::filesystem;
 
+const std::string kCamera =
+    "    image_size_px: [640, 360]\n"
+    "    focal_px: [560.0, 560.0]\n"
+    "    principal_px: [319.5, 179.5]\n"
+    "    position_m: [0.0, 0.0, 5.0]\n"
+    "    exposure_s: 0.001\n";
+const std::string kRoad =
+    "  road:\n"
+    "    kind: straight\n"
+    "    lanes:\n"
+    "      - {id: near, lateral_m: -4.0, width_m: 3.5, direction: oncoming}\n"
+    "  lamps:\n"
+    "    height_m: {mean: 0.65, std: 0.08}\n"
+    "    separation_m: {mean: 1.3, std: 0.12}\n";
+const std::string kTruePose = "    yaw_deg: -7.3\n    pitch_deg: -5.6\n    roll_deg: 0.4\n";
+
+std::string car(int number, double speed_mps, double range_at_zero_m, double lamp_height_m) {
+  return "  - {id: v" + std::to_string(number) +
+         ", kind: car, lane: near, speed_mps: " + std::to_string(speed_mps) +
+         ", range_at_zero_m: " + std::to_string(range_at_zero_m) +
+         ", lamp_height_m: " + std::to_string(lamp_height_m) + ", lamp_separation_m: 1.3";
+}
+
 // A camera whose pose the site file has wrong by up to a degree, and eight cars.
 std::string scenario() {
-  const std::string rest =
-      "    image_size_px: [640, 360]\n"
-      "    focal_px: [560.0, 560.0]\n"
-      "    principal_px: [319.5, 179.5]\n"
-      "    position_m: [0.0, 0.0, 5.0]\n"
-      "    exposure_s: 0.001\n";
-  const std::string roads =
-      "  road:\n"
-      "    kind: straight\n"
-      "    lanes:\n"
-      "      - {id: near, lateral_m: -4.0, width_m: 3.5, direction: oncoming}\n"
-      "  lamps:\n"
-      "    height_m: {mean: 0.65, std: 0.08}\n"
-      "    separation_m: {mean: 1.3, std: 0.12}\n";
   std::string text =
       "duration_s: 18.5\nframe_rate_hz: 20\nseed: 4\n"
       "site:\n  camera:\n" +
-      rest + "    yaw_deg: -7.3\n    pitch_deg: -5.6\n    roll_deg: 0.4\n" + roads +
-      "told_site:\n  camera:\n" + rest +
+      kCamera + kTruePose + kRoad + "told_site:\n  camera:\n" + kCamera +
       "    yaw_deg: {mean: -8.0, std: 1.0}\n    pitch_deg: {mean: -6.0, std: 1.0}\n"
       "    roll_deg: {mean: 0.0, std: 0.5}\n" +
-      roads + "vehicles:\n";
+      kRoad + "vehicles:\n";
   const double speeds_mps[] = {21.0, 18.5, 20.0, 16.0, 17.5, 19.0, 15.0, 16.5};
   const double heights_m[] = {0.62, 0.70, 0.66, 0.58, 0.64, 0.69, 0.67, 0.61};
   for (int i = 0; i < 8; ++i)
-    text += "  - {id: v" + std::to_string(i) +
-            ", kind: car, lane: near, speed_mps: " + std::to_string(speeds_mps[i]) +
-            ", range_at_zero_m: " + std::to_string(10.0 + speeds_mps[i] * 2.2 * (i + 1)) +
-            ", lamp_height_m: " + std::to_string(heights_m[i]) +
-            ", lamp_separation_m: 1.3, intensity_cd: 800}\n";
+    text += car(i, speeds_mps[i], 10.0 + speeds_mps[i] * 2.2 * (i + 1), heights_m[i]) +
+            ", intensity_cd: 800}\n";
   return text;
 }
 
@@ -134,6 +139,82 @@ TEST_F(Calibrate, PsfIsRefusedByNameWhereNoLampTellsIt) {
       run({"calibrate", "psf", clip, clip, "--site", site, "--out", path("out.yaml")}), 2,
       {"given twice"});
   EXPECT_FALSE(fs::exists(path("out.yaml")));
+}
+
+// One car before a camera and two photodiodes, 2 m apart along the road.
+std::string lone_car(int number, double speed_mps, double lamp_height_m) {
+  const auto photodiodes = [](const std::string& offset_s, const std::string& gain_ratio) {
+    const std::string rest =
+        "      yaw_deg: -7.3\n      pitch_deg: -5.6\n      half_field_of_view_deg: 60\n"
+        "      area_m2: 1.0e-4\n      time_offset_s: " +
+        offset_s + "\n";
+    return "  channel: {beam: low_beam}\n"
+           "  photodiodes:\n    - id: pd0\n      position_m: [0.0, 0.0, 5.0]\n" +
+           rest + "    - id: pd1\n      position_m: [2.0, 0.0, 5.0]\n" + rest +
+           "      gain_ratio: " + gain_ratio + "\n";
+  };
+  return "duration_s: " + std::to_string(50.0 / speed_mps) + "\nframe_rate_hz: 20\nseed: 5\n" +
+         "site:\n  camera:\n" + kCamera + kTruePose + photodiodes("0.035", "1.08") + kRoad +
+         "told_site:\n  camera:\n" + kCamera + kTruePose +
+         photodiodes("{mean: 0.0, std: 0.1}", "{mean: 1.0, std: 0.1}") + kRoad + "vehicles:\n" +
+         car(number, speed_mps, 60.0, lamp_height_m) +
+         "}\nphotodiode: {rate_hz: 1000, noise_w: 5.0e-10, ambient_w: 2.0e-8}\n";
+}
+
+TEST_F(Calibrate, SyncLearnsClockAndGainFromRuns) {
+  const double speeds_mps[] = {21.0, 18.5, 20.0, 16.0, 17.5, 19.0};
+  const double heights_m[] = {0.62, 0.70, 0.66, 0.58, 0.64, 0.69};
+  const std::string site = path("scene_0/site.yaml"), out = path("synced.yaml");
+  std::vector<std::string> sync{"calibrate", "sync"};
+  for (int i = 0; i < 6; ++i) {
+    const std::string scene = path("scene_") + std::to_string(i), run_folder = scene + "_run";
+    folder_.write("scenario.yaml", lone_car(i, speeds_mps[i], heights_m[i]));
+    const test::Ran rendered = run({"render", path("scenario.yaml"), "--out", scene});
+    ASSERT_EQ(rendered.code, 0) << rendered.err;
+    const test::Ran ran = run({"run", scene + "/clip.mp4", "--photodiode",
+                               scene + "/photodiode.csv", "--site", site, "--out", run_folder});
+    ASSERT_EQ(ran.code, 0) << ran.err;
+    sync.push_back(run_folder);
+  }
+  sync.insert(sync.end(), {"--site", site, "--out", out});
+  const test::Ran ran = run(sync);
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_NE(ran.out.find("photodiodes[].time_offset_s: 0.0000 +- 0.1000 s -> "), std::string::npos)
+      << ran.out;
+  const Site synced = load_site(out);
+  constexpr double kFar = 5.0;
+  for (const PhotodiodeSite& photodiode : synced.photodiodes) {
+    const Uncertain& offset_s = photodiode.time_offset_s;
+    EXPECT_LT(std::abs(offset_s.mean - 0.035), kFar * offset_s.std) << ran.out;
+    EXPECT_LT(offset_s.std, 0.07) << ran.out;
+  }
+  const Uncertain& ratio = synced.photodiodes[1].gain_ratio;
+  EXPECT_LT(std::abs(ratio.mean - 1.08), kFar * ratio.std) << ran.out;
+  EXPECT_LT(ratio.std, 0.03) << ran.out;
+
+  folder_.write("scene_0/photodiode.csv", "t_s,power_w\n0,0\n");
+  test::expect_told(run(sync), 3, {"run.json", "another one"});
+}
+
+TEST_F(Calibrate, SyncSaysWhatIsMissing) {
+  const std::string camera =
+      "version: 1\ncamera:\n  image_size_px: [640, 360]\n  focal_px: [560, 560]\n"
+      "  principal_px: [320, 180]\n  position_m: [0, 0, 5]\n";
+  folder_.write("camera.yaml", camera);
+  folder_.write("site.yaml", camera +
+                                 "photodiodes:\n  - {id: pd0, position_m: [0, 0, 5], area_m2: "
+                                 "1.0e-4}\n");
+  const std::string out = path("out.yaml"), folder = folder_.path().string();
+  test::expect_told(run({"calibrate", "sync", folder, "--site", path("camera.yaml"), "--out", out}),
+                    2, {"no photodiode"});
+  const std::vector<std::string> sync{"calibrate",       "sync",  folder, "--site",
+                                      path("site.yaml"), "--out", out};
+  test::expect_told(run(sync), 3, {"run.json", "cannot be opened"});
+  folder_.write("run.json", "{\"inputs\": [{\"role\": 3}]}");
+  test::expect_told(run(sync), 3, {"run.json", "no photodiode trace", "--photodiode"});
+  folder_.write("run.json", "{\"inputs\": [{\"role\": \"photodiode\", \"path\": \"gone.csv\"}]}");
+  test::expect_told(run(sync), 3, {"run.json", "gone.csv", "is not there"});
+  EXPECT_FALSE(fs::exists(out));
 }
 
 TEST_F(Calibrate, SaysWhatIsMissing) {

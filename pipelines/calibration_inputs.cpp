@@ -1,0 +1,33 @@
+#include "pipelines/calibration_inputs.h"
+
+#include <set>
+
+#include "config/site_file.h"
+#include "core/error.h"
+#include "core/text.h"
+
+namespace vildar {
+
+namespace fs = std::filesystem;
+
+Site load_fixed_site(const fs::path& file) {
+  Site site = load_site(file);
+  if (!site.camera)
+    throw ConfigError(
+        {{file.string(), 0, "", "the site has no camera", "add a `camera:` section"}});
+  if (site.ego)
+    throw ConfigError({{file.string(), 0, "", "the camera drives (`ego:`)",
+                        "learn from a camera that stands still; a dashcam has no fixed mount"}});
+  return site;
+}
+
+void refuse_repeated(std::span<const fs::path> runs) {
+  std::set<fs::path> folders;
+  for (const fs::path& run : runs)
+    if (!folders.insert(fs::weakly_canonical(run)).second)
+      throw ConfigError({{run.string(), 0, "", "the run is given twice", "name each run once"}});
+}
+
+std::string percent_text(double share) { return fixed_text(100.0 * share, 2) + " %"; }
+
+}  // namespace vildar

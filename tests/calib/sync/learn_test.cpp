@@ -1,0 +1,58 @@
+#include "calib/sync/learn.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "estimate/simulated_beam.h"
+#include "simulated_photodiodes.h"
+
+namespace vildar {
+namespace {
+
+// Five sigmas of a normal error are one in two million.
+constexpr double kFar = 5.0;
+
+PhotodiodeLearning learned(const simulated::LitPasses& scene) {
+  const auto outcome = learn_photodiodes(scene.passes, scene.site);
+  if (const Miss* miss = std::get_if<Miss>(&outcome))
+    throw std::runtime_error(std::string(name_of(*miss)));
+  return std::get<PhotodiodeLearning>(outcome);
+}
+
+TEST(LearnPhotodiodes, FindsTheTimeOffsetAndTheGainRatio) {
+  const simulated::LitPasses scene = simulated::lit_passes(12, 0.035, 1.08, 7);
+  const PhotodiodeLearning learning = learned(scene);
+  ASSERT_EQ(learning.quantities.size(), 2U);
+  const PhotodiodeSite &first = learning.site.photodiodes[0],
+                       &second = learning.site.photodiodes[1];
+  EXPECT_LT(std::abs(first.time_offset_s.mean - 0.035), kFar * first.time_offset_s.std);
+  EXPECT_LT(first.time_offset_s.std, 0.01);  // of 0.03 before
+  EXPECT_EQ(first.time_offset_s, second.time_offset_s);
+  EXPECT_LT(std::abs(second.gain_ratio.mean - 1.08), kFar * second.gain_ratio.std);
+  EXPECT_LT(second.gain_ratio.std, 0.02);  // of 0.1 before
+  EXPECT_EQ(first.gain_ratio, scene.site.photodiodes[0].gain_ratio);
+  EXPECT_GE(learning.passes, 10);
+  EXPECT_LE(learning.speed_std_after, 1.01 * learning.speed_std_before);
+}
+
+TEST(LearnPhotodiodes, APassUnlikeTheOthersIsLeftOut) {
+  simulated::LitPasses scene = simulated::lit_passes(12, 0.01, 1.0, 8);
+  for (float& power_w : scene.traces[4][1].power_w) power_w *= 0.8F;  // an insect on the lens
+  const PhotodiodeLearning learning = learned(scene);
+  EXPECT_EQ(learning.left_out.count("unlike_the_others"), 1U);
+  const Uncertain& ratio = learning.site.photodiodes[1].gain_ratio;
+  EXPECT_LT(std::abs(ratio.mean - 1.0), kFar * ratio.std);
+  EXPECT_LT(ratio.std, 0.02);
+}
+
+TEST(LearnPhotodiodes, SaysWhatIsMissing) {
+  simulated::LitPasses scene = simulated::lit_passes(4, 0.0, 1.0, 9);
+  EXPECT_EQ(std::get<Miss>(learn_photodiodes(scene.passes, scene.site)), Miss::too_few_samples);
+  for (PhotodiodeSite& photodiode : scene.site.photodiodes)
+    photodiode.time_offset_s.std = photodiode.gain_ratio.std = 0.0;
+  EXPECT_EQ(std::get<Miss>(learn_photodiodes(scene.passes, scene.site)), Miss::unobservable);
+}
+
+}  // namespace
+}  // namespace vildar
