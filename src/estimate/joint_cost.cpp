@@ -8,105 +8,66 @@
 namespace vildar {
 namespace {
 
-/// How a photodiode sees a lamp, and the vehicle's own axis from there.
-template <class T>
-struct LampRay {
-  T log_distance;  ///< over X
-  T log_cosine;    ///< of incidence
-  T azimuth_rad, elevation_rad;
+/// ln of the power of one lamp and its slopes by where the lamp lies from the photodiode, by the
+/// direction in which it points, and by the light's coefficients.
+struct LampPower {
+  double value = 0.0, by_ahead = 0.0, by_across = 0.0, by_below = 0.0, by_heading = 0.0;
+  std::array<double, kLightParameters> by_light{};
 };
 
-template <class T>
-struct LampRays {
-  std::array<LampRay<T>, 2> lamps;
-  std::size_t count = 1;
-};
+LampPower lamp_power(const LightSetting& setting, const double* light, double log_scale,
+                     double ahead_m, double across_m, double below_m, double heading_rad) {
+  const double level2_m2 = ahead_m * ahead_m + across_m * across_m;
+  const double distance2_m2 = level2_m2 + below_m * below_m;
+  const double level_m = std::sqrt(level2_m2);
+  const double log_distance = 0.5 * std::log(distance2_m2);
+  // As seen from the vehicle, whose axis lies along its path.
+  const double azimuth_rad = std::atan2(across_m, ahead_m) - heading_rad;
+  const double elevation_rad = std::atan2(below_m, level_m);
+  const double cosine = setting.cosine_exponent;
 
-template <class T>
-bool see_lamps(const T* path, const GeometryProblem& problem, const Eigen::Vector3d& receiver_m,
-               const T& moved_m, const T& tau_s, LampRays<T>& rays) {
-  using std::atan2;
-  using std::cos;
-  using std::exp;
-  using std::log;
-  using std::sin;
-  using std::sqrt;
-  const PathPoint<T> place = vehicle_point(path, problem.setting, tau_s);
-  const T scale_m = exp(path[kLogScale]);
-  const T below_m = receiver_m.z() - problem.setting.camera_m.z() + scale_m * path[kDrop];
-  T aside_m(0.0);
-  if (problem.pairs) {
-    rays.count = 2;
-    aside_m = 0.5 * scale_m * exp(path[kLogSeparation]);
-  }
-  for (std::size_t i = 0; i < rays.count; ++i) {
-    T ahead_m = place.x_m - receiver_m.x() - moved_m;
-    T across_m = place.y_m - receiver_m.y();
-    if (problem.setting.bend != 0.0) {
-      ahead_m -= aside_m * sin(place.heading_rad);
-      across_m += aside_m * cos(place.heading_rad);
-    } else {
-      across_m += aside_m;
-    }
-    aside_m = -aside_m;
-    if (!(ahead_m > T(0.0))) return false;
-    const T level2_m2 = ahead_m * ahead_m + across_m * across_m;
-    const T log_distance_m = 0.5 * log(level2_m2 + below_m * below_m);
-    rays.lamps[i] = {log_distance_m - path[kLogScale], log(ahead_m) - log_distance_m,
-                     atan2(across_m, ahead_m) - place.heading_rad, atan2(below_m, sqrt(level2_m2))};
-  }
-  return true;
-}
-
-/// ln of the power of one lamp, and how it follows the light's coefficients and the azimuth.
-double lamp_power(const LightSetting& setting, const double* light, double log_distance,
-                  double log_cosine, double azimuth_rad, double elevation_rad,
-                  std::array<double, kLightParameters>& by_light, double& by_azimuth) {
-  double value = light[kLogGain] - light[kExponent] * log_distance -
-                 light[kBeamWidth] * azimuth_rad * azimuth_rad - light[kBeamTilt] * elevation_rad +
-                 setting.cosine_exponent * log_cosine;
-  by_light[kLogGain] = 1.0;
-  by_light[kExponent] = -log_distance;
-  by_light[kBeamWidth] = -azimuth_rad * azimuth_rad;
-  by_light[kBeamTilt] = -elevation_rad;
-  by_azimuth = -2.0 * light[kBeamWidth] * azimuth_rad;
-  constexpr double kStep = kPi / kBeamEdge_rad;
-  const double first_cos = std::cos(kStep * azimuth_rad), first_sin = std::sin(kStep * azimuth_rad);
-  double wave_cos = 1.0, wave_sin = 0.0;
+  LampPower power;
+  power.value = light[kLogGain] + light[kExponent] * (log_scale - log_distance) -
+                light[kBeamWidth] * azimuth_rad * azimuth_rad - light[kBeamTilt] * elevation_rad +
+                cosine * (std::log(ahead_m) - log_distance);
+  power.by_light[kLogGain] = 1.0;
+  power.by_light[kExponent] = log_scale - log_distance;
+  power.by_light[kBeamWidth] = -azimuth_rad * azimuth_rad;
+  power.by_light[kBeamTilt] = -elevation_rad;
+  double by_azimuth = -2.0 * light[kBeamWidth] * azimuth_rad;
+  constexpr double kPerTurn = kPi / kBeamEdge_rad;
+  const double step_cos = std::cos(kPerTurn * azimuth_rad);
+  const double step_sin = std::sin(kPerTurn * azimuth_rad);
+  double wave_cos = 1.0, wave_sin = 0.0;  // of k times the angle
   for (int k = 1; k <= kBeamWaves; ++k) {
-    const double next_cos = wave_cos * first_cos - wave_sin * first_sin;
-    wave_sin = wave_sin * first_cos + wave_cos * first_sin;
+    const double next_cos = wave_cos * step_cos - wave_sin * step_sin;
+    wave_sin = wave_sin * step_cos + wave_cos * step_sin;
     wave_cos = next_cos;
     const double amplitude = light[kBeamWave + k - 1];
-    value += amplitude * (wave_cos - 1.0);
-    by_light[static_cast<std::size_t>(kBeamWave + k - 1)] = wave_cos - 1.0;
-    by_azimuth -= amplitude * k * kStep * wave_sin;
+    power.value += amplitude * (wave_cos - 1.0);
+    power.by_light[static_cast<std::size_t>(kBeamWave + k - 1)] = wave_cos - 1.0;
+    by_azimuth -= amplitude * k * kPerTurn * wave_sin;
   }
-  return value;
+
+  const double by_distance = -(light[kExponent] + cosine) / distance2_m2;  // over the distance
+  const double by_level = light[kBeamTilt] * below_m / (level_m * distance2_m2);  // over the level
+  power.by_ahead =
+      (by_distance + by_level) * ahead_m - by_azimuth * across_m / level2_m2 + cosine / ahead_m;
+  power.by_across = (by_distance + by_level) * across_m + by_azimuth * ahead_m / level2_m2;
+  power.by_below = by_distance * below_m - light[kBeamTilt] * level_m / distance2_m2;
+  power.by_heading = -by_azimuth;
+  return power;
 }
 
-using Jet = ceres::Jet<double, kPathParameters + 2>;
-double number(double value) { return value; }
-double number(const Jet& value) { return value.a; }
+using Jet = ceres::Jet<double, kPathParameters + 1>;
+PathPoint<Jet> place_with_slopes(const double* path, const PathSetting& setting, double tau_s) {
+  std::array<Jet, kPathParameters> jets;
+  for (int i = 0; i < kPathParameters; ++i) jets[static_cast<std::size_t>(i)] = Jet(path[i], i);
+  return vehicle_point(jets.data(), setting, Jet(tau_s, kPathParameters));
+}
 
-struct LampPowers {
-  std::array<double, 2> values{}, by_azimuth{};
-  std::array<std::array<double, kLightParameters>, 2> by_light{};
-};
-
-template <class T>
-double power_of(const LampRays<T>& rays, const LightSetting& setting, const double* light,
-                LampPowers& sum) {
-  for (std::size_t i = 0; i < rays.count; ++i) {
-    const LampRay<T>& ray = rays.lamps[i];
-    sum.values[i] = lamp_power(setting, light, number(ray.log_distance), number(ray.log_cosine),
-                               number(ray.azimuth_rad), number(ray.elevation_rad), sum.by_light[i],
-                               sum.by_azimuth[i]);
-  }
-  if (rays.count == 1) return sum.values[0];
-  const double brighter = std::max(sum.values[0], sum.values[1]);
-  return brighter +
-         std::log(0.5 * (std::exp(sum.values[0] - brighter) + std::exp(sum.values[1] - brighter)));
+PathPoint<double> plain(const PathPoint<Jet>& place) {
+  return {place.x_m.a, place.y_m.a, place.heading_rad.a};
 }
 
 }  // namespace
@@ -115,34 +76,53 @@ bool log_power(const double* path, const double* light, const LightSetting& sett
                const Eigen::Vector3d& receiver_m, double moved_m, double tau_s, double& value,
                PowerGradient* gradient) {
   const GeometryProblem& problem = *setting.problem;
-  if (gradient == nullptr) {
-    LampRays<double> rays;
-    LampPowers sum;
-    if (!see_lamps(path, problem, receiver_m, moved_m, tau_s, rays)) return false;
-    value = power_of(rays, setting, light, sum);
-    return true;
+  PathPoint<Jet> slopes;
+  if (gradient != nullptr) slopes = place_with_slopes(path, problem.setting, tau_s);
+  const PathPoint<double> place =
+      gradient != nullptr ? plain(slopes) : vehicle_point(path, problem.setting, tau_s);
+  const double scale_m = std::exp(path[kLogScale]);
+  const double below_m = receiver_m.z() - problem.setting.camera_m.z() + scale_m * path[kDrop];
+  const double half_m = problem.pairs ? 0.5 * scale_m * std::exp(path[kLogSeparation]) : 0.0;
+  const double heading_cos = std::cos(place.heading_rad), heading_sin = std::sin(place.heading_rad);
+  std::array<LampPower, 2> lamps;
+  std::array<double, 2> asides_m{half_m, -half_m};
+  const std::size_t count = problem.pairs ? 2 : 1;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double ahead_m = place.x_m - asides_m[i] * heading_sin - receiver_m.x() - moved_m;
+    const double across_m = place.y_m + asides_m[i] * heading_cos - receiver_m.y();
+    if (!(ahead_m > 0.0)) return false;
+    lamps[i] =
+        lamp_power(setting, light, path[kLogScale], ahead_m, across_m, below_m, place.heading_rad);
   }
-  std::array<Jet, kPathParameters> jets;
-  for (int i = 0; i < kPathParameters; ++i) jets[static_cast<std::size_t>(i)] = Jet(path[i], i);
-  LampRays<Jet> rays;
-  LampPowers sum;
-  if (!see_lamps(jets.data(), problem, receiver_m, Jet(moved_m, kPathParameters + 1),
-                 Jet(tau_s, kPathParameters), rays))
-    return false;
-  value = power_of(rays, setting, light, sum);
-  gradient->geometry.setZero();
-  gradient->light.fill(0.0);
-  for (std::size_t i = 0; i < rays.count; ++i) {
-    const double share = std::exp(sum.values[i] - value) / static_cast<double>(rays.count);
-    const LampRay<Jet>& ray = rays.lamps[i];
-    gradient->geometry +=
-        share *
-        (sum.by_azimuth[i] * ray.azimuth_rad.v - light[kExponent] * ray.log_distance.v -
-         light[kBeamTilt] * ray.elevation_rad.v + setting.cosine_exponent * ray.log_cosine.v);
+  const double brighter = std::max(lamps[0].value, lamps[count - 1].value);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < count; ++i) sum += std::exp(lamps[i].value - brighter);
+  value = brighter + std::log(sum / static_cast<double>(count));
+  if (gradient == nullptr) return true;
+
+  LampPower both;
+  double by_aside = 0.0;  // over the distance from the middle
+  for (std::size_t i = 0; i < count; ++i) {
+    const LampPower& lamp = lamps[i];
+    const double share = std::exp(lamp.value - brighter) / sum;
+    both.by_ahead += share * lamp.by_ahead;
+    both.by_across += share * lamp.by_across;
+    both.by_below += share * lamp.by_below;
+    both.by_heading += share * (lamp.by_heading - asides_m[i] * (lamp.by_ahead * heading_cos +
+                                                                 lamp.by_across * heading_sin));
+    by_aside += share * asides_m[i] * (lamp.by_across * heading_cos - lamp.by_ahead * heading_sin);
     for (std::size_t k = 0; k < kLightParameters; ++k)
-      gradient->light[k] += share * sum.by_light[i][k];
+      gradient->light[k] = (i > 0 ? gradient->light[k] : 0.0) + share * lamp.by_light[k];
   }
-  gradient->light[kTimeShift] = gradient->geometry[kPathParameters];
+  const Eigen::Matrix<double, kPathParameters + 1, 1> by_place =
+      both.by_ahead * slopes.x_m.v + both.by_across * slopes.y_m.v +
+      both.by_heading * slopes.heading_rad.v;
+  gradient->path = by_place.head<kPathParameters>();
+  gradient->path[kLogScale] += light[kExponent] + both.by_below * scale_m * path[kDrop] + by_aside;
+  gradient->path[kDrop] += both.by_below * scale_m;
+  gradient->path[kLogSeparation] += by_aside;
+  gradient->light[kTimeShift] = by_place[kPathParameters];
+  gradient->moved = -both.by_ahead;
   return true;
 }
 
@@ -160,16 +140,14 @@ bool BlockResidual::Evaluate(double const* const* unknowns, double* residual,
   residual[0] = (block_.power - power - own[kBackground] - later_s * own[kDrift]) / block_.sigma;
   if (jacobians == nullptr) return true;
   const double by_value = -power / block_.sigma;
-  if (jacobians[0] != nullptr)
-    for (int i = 0; i < kPathParameters; ++i) jacobians[0][i] = by_value * gradient.geometry[i];
-  if (jacobians[1] != nullptr)
-    for (std::size_t i = 0; i < kLightParameters; ++i)
-      jacobians[1][i] = by_value * gradient.light[i];
-  if (jacobians[2] != nullptr) {
-    jacobians[2][kBackground] = -1.0 / block_.sigma;
-    jacobians[2][kDrift] = -later_s / block_.sigma;
-    jacobians[2][kLogRatio] = by_value;
-    jacobians[2][kAhead] = by_value * gradient.geometry[kPathParameters + 1];
+  if (double* by_path = jacobians[0]) Eigen::Map<PathVector>{by_path} = by_value * gradient.path;
+  if (double* by_light = jacobians[1])
+    for (std::size_t i = 0; i < kLightParameters; ++i) by_light[i] = by_value * gradient.light[i];
+  if (double* by_own = jacobians[2]) {
+    by_own[kBackground] = -1.0 / block_.sigma;
+    by_own[kDrift] = -later_s / block_.sigma;
+    by_own[kLogRatio] = by_value;
+    by_own[kAhead] = by_value * gradient.moved;
   }
   return true;
 }

@@ -60,9 +60,9 @@ struct Receiver {
 
 /// How ln of the received power follows its unknowns.
 struct PowerGradient {
-  /// Path, then the time and the photodiode's place along the road.
-  Eigen::Matrix<double, kPathParameters + 2, 1> geometry;
+  PathVector path;
   std::array<double, kLightParameters> light{};
+  double moved = 0.0;  ///< by the photodiode's place along the road
 };
 
 /// ln of the received power over the power unit, without background, `tau_s` after the path's
