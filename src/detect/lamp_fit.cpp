@@ -14,15 +14,9 @@
 namespace vildar {
 namespace {
 
-constexpr double kLeastRadius_px = 0.1;  // a point, to any PSF of half a pixel and more
-constexpr double kPatch_px2 = 16.0;      // area that is uneven together
-constexpr double kStill_px = 0.3;        // a way this short widens a core of 0.5 px by 1.5 %
+constexpr double kPatch_px2 = 16.0;  // area that is uneven together
+constexpr double kStill_px = 0.3;    // a way this short widens a core of 0.5 px by 1.5 %
 constexpr double kSmearPiece_px = 1.5;
-constexpr int kMostIterations = 20;
-// Expected fall of the cost: a sixteenth of a sigma, and one small enough for the next step to be
-// the last, which nobody needs to look at: what it leaves is a tenth of it.
-constexpr double kDone = 4e-3, kLastStep = 0.04;
-constexpr double kRounding = 1e-6, kLeastFall = 1e-3;  // of costs in single precision
 
 }  // namespace
 
@@ -189,203 +183,33 @@ LampFitter::Sum LampFitter::add_up(const FrameLight& light) {
   return sum;
 }
 
-// Where pixels clip, the rim fixes the flux for each radius, a share of the rim's.
-void LampFitter::start(const FrameLight& light, std::span<const LampGuess> guesses,
-                       double rim_share, bool radius_known) {
-  const double core_px = image_.shape().core_sigma_px;
-  lights_.clear();
-  for (std::size_t k = 0; k < samples_.size(); ++k)
-    if (samples_.keep[k] > 0.0F) lights_.push_back(samples_.light[k] - samples_.others[k]);
-  double sum = 0.0, most = 0.0;
-  for (const float here : lights_) {
-    sum += static_cast<double>(here);
-    most = std::max(most, static_cast<double>(here));
-  }
-  const auto middle = lights_.begin() + static_cast<std::ptrdiff_t>(lights_.size() / 2);
-  std::nth_element(lights_.begin(), middle, lights_.end());
-  const double background = std::min(static_cast<double>(*middle), 0.5 * light.clip_light);
-  sum -= background * static_cast<double>(lights_.size());
-  most -= background;
-  sum = std::max(sum, 3.0 * most);
-  Vector first = Vector::Zero(size());
-  first[base(guesses.size())] = background;
-  for (std::size_t i = 0; i < guesses.size(); ++i) {
-    const LampGuess& guess = guesses[i];
-    double radius_px =
-        guess.rim_px > 0.0
-            ? rim_share * guess.rim_px
-            : 2.0 * std::sqrt(std::max(guess.size_px * guess.size_px - core_px * core_px, 0.0));
-    radius_px = guess.radius_px.value_or(radius_px);
-    if (!radius_known)
-      radius_px = std::clamp(radius_px, kLeastRadius_px, DiscImage::kMostRadius_px);
-    images_[i].set_radius(radius_px);
-    double flux = sum / static_cast<double>(guesses.size());
-    if (guess.flux)
-      flux = *guess.flux;
-    else if (guess.rim_px > 0.0)
-      flux = light.clip_light / images_[i].at(guess.rim_px, 0.0).share;
-    const Eigen::Index at = base(i);
-    first[at] = std::log(std::max(flux, 1e-6));
-    first[at + 1] = guess.centre_px.x();
-    first[at + 2] = guess.centre_px.y();
-    if (per_lamp_ == 4) first[at + 3] = radius_px * radius_px;
-  }
-  set_parameters(first);
-}
-
-LampFitter::Vector LampFitter::step(const Sum& sum, double damping) const {
-  Matrix damped = sum.information;
-  damped.diagonal() *= 1.0 + damping;
-  damped.diagonal().array() += 1e-12 * damped.diagonal().maxCoeff();
-  Vector move = damped.ldlt().solve(sum.score);
-  if (per_lamp_ < 4) return move;
-  // A disc that would shrink below a point stays one.
-  constexpr double kLeast_px2 = kLeastRadius_px * kLeastRadius_px;
-  bool held = false;
-  Vector score = sum.score;
-  for (std::size_t i = 0; i < images_.size(); ++i) {
-    const Eigen::Index at = base(i) + 3;
-    if (parameters_[at] > kLeast_px2 || !(move[at] < 0.0)) continue;
-    damped.row(at).setZero();
-    damped.col(at).setZero();
-    damped(at, at) = 1.0;
-    score[at] = 0.0;
-    held = true;
-  }
-  if (held) move = damped.ldlt().solve(score);
-  return move;
-}
-
-// None where a lamp would leave its pixels.
-std::optional<LampFitter::Vector> LampFitter::moved(const Vector& move,
-                                                    std::span<const LampGuess> guesses) const {
-  Vector after = parameters_ + move;
-  for (std::size_t lamp = 0; lamp < guesses.size(); ++lamp) {
-    const Eigen::Index at = base(lamp);
-    const double most_px = std::max(1.0, 0.5 * guesses[lamp].size_px);
-    after[at] = parameters_[at] + std::clamp(move[at], -1.5, 1.5);
-    for (Eigen::Index k = 1; k <= 2; ++k)
-      after[at + k] = parameters_[at + k] + std::clamp(move[at + k], -most_px, most_px);
-    if (per_lamp_ < 4) continue;
-    const double before = parameters_[at + 3];
-    const double low = std::max(0.2 * before, kLeastRadius_px * kLeastRadius_px);
-    const double high =
-        std::min(4.0 * before + 0.5, DiscImage::kMostRadius_px * DiscImage::kMostRadius_px);
-    after[at + 3] = std::clamp(after[at + 3], low, high);
-    if ((after.segment<2>(at + 1) - guesses[lamp].centre_px).norm() > reach_px_[lamp])
-      return std::nullopt;
-  }
-  return after;
-}
-
-// Levenberg and Marquardt; true where it came to rest.
-bool LampFitter::climb(const FrameLight& light, std::span<const LampGuess> guesses, Sum& sum) {
-  sum = add_up(light);
-  std::swap(accepted_, trial_);
-  double damping = 1e-3;
-  for (int i = 0; i < kMostIterations; ++i, ++result_.iterations) {
-    Vector move = step(sum, damping);
-    if (!move.allFinite()) return false;
-    const double fall = move.dot(sum.score);
-    if (damping < 1.0 && fall < kDone) return true;
-    const std::optional<Vector> after = moved(move, guesses);
-    if (!after) return false;
-    const Vector before = parameters_;
-    set_parameters(*after);
-    if (damping < 1.0 && fall < kLastStep) return true;
-    Sum trial = add_up(light);
-    if (trial.frozen_cost <= (1.0 + kRounding) * sum.cost + kLeastFall) {
-      sum = std::move(trial);
-      std::swap(accepted_, trial_);
-      damping = std::max(0.2 * damping, 1e-7);
-    } else {
-      set_parameters(before);
-      damping = std::max(10.0 * damping, 1e-4);
-      if (damping > 1e8) return false;
-    }
-  }
-  return false;
-}
-
-// A clipped lamp may be a large one or a bright one, and each has its own summit.
-bool LampFitter::climb_from_best(const FrameLight& light, std::span<const LampGuess> guesses,
-                                 bool several, bool radius_known, Sum& best) {
-  static constexpr std::array<double, 4> kShares{0.85, 0.4, 0.6, 0.15};
-  bool found = false, last_is_best = false;
-  double least = 0.0;
-  Vector best_parameters;
-  LampsFit best_result;
-  for (const double share : std::span(kShares).first(several ? kShares.size() : 1)) {
-    start(light, guesses, share, radius_known);
-    Sum sum;
-    last_is_best = false;
-    if (!climb(light, guesses, sum)) continue;
-    judge(guesses);
-    double cost = sum.cost;
-    for (std::size_t k = 0; k < samples_.clear && several; ++k)
-      if (accepted_.weight[k] > 0.0F) cost -= static_cast<double>(std::log(accepted_.weight[k]));
-    if (found && cost >= least) continue;
-    found = last_is_best = true;
-    least = cost;
-    best = std::move(sum);
-    best_parameters = parameters_;
-    best_result = result_;
-    if (!result_.bad_fit) break;
-  }
-  if (!found || last_is_best) return found;
-  set_parameters(best_parameters);
-  add_up(light);
-  std::swap(accepted_, trial_);
-  result_ = best_result;
-  return true;
-}
-
-bool LampFitter::fit_background(const FrameLight& light, std::span<const LampGuess> guesses,
-                                bool radius_known, bool go_on, Sum& sum) {
-  const Eigen::Index before = size();
-  parameters_.conservativeResize(base(guesses.size()) + attempt_.background_terms);
-  if (samples_.used < 2 * static_cast<std::size_t>(size())) return false;
-  const bool clips = std::any_of(guesses.begin(), guesses.end(),
-                                 [](const LampGuess& guess) { return guess.rim_px > 0.0; });
-  const bool told = std::all_of(guesses.begin(), guesses.end(),
-                                [](const LampGuess& guess) { return guess.radius_px.has_value(); });
-  if (go_on) {
-    parameters_.tail(size() - before).setZero();
-    if (climb(light, guesses, sum)) {
-      judge(guesses);
-      return true;
-    }
-  }
-  if (climb_from_best(light, guesses, clips && !told, radius_known, sum)) return true;
-  if (!told || radius_known) return false;
-  std::vector<LampGuess> anew(guesses.begin(), guesses.end());
-  for (LampGuess& guess : anew) guess.radius_px = guess.flux = std::nullopt;
-  return climb_from_best(light, anew, clips, radius_known, sum);
-}
-
 void LampFitter::judge(std::span<const LampGuess> guesses) {
+  struct Place {
+    Eigen::Vector2f centre_px;
+    float inner_px, per_ring;
+  };
+  std::vector<Place> places;
+  for (std::size_t i = 0; i < guesses.size(); ++i) {
+    const double inner_px = std::max(guesses[i].rim_px - 1.0, 0.0);
+    places.push_back({(parameters_.segment<2>(base(i) + 1) - samples_.origin_px).cast<float>(),
+                      static_cast<float>(inner_px),
+                      static_cast<float>(1.0 / (attempt_.reach * reach_px_[i] - inner_px))});
+  }
   ResidualShape shape(guesses.size());
   for (std::size_t k = 0; k < samples_.clear; ++k) {
     if (samples_.keep[k] == 0.0F) continue;
-    const Eigen::Vector2d at_px =
-        samples_.origin_px + Eigen::Vector2f(samples_.u_px[k], samples_.v_px[k]).cast<double>();
+    const Eigen::Vector2f at_px(samples_.u_px[k], samples_.v_px[k]);
     std::size_t nearest = 0;
-    double least = 1e9;
-    Eigen::Vector2d offset_px;
-    for (std::size_t i = 0; i < guesses.size(); ++i) {
-      const Eigen::Vector2d from_px = at_px - parameters_.segment<2>(base(i) + 1);
-      const double inner_px = std::max(guesses[i].rim_px - 1.0, 0.0);
-      const double ring =
-          std::max(from_px.norm() - inner_px, 0.0) / (attempt_.reach * reach_px_[i] - inner_px);
+    float least = 1e9F;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const float from_px = std::sqrt((at_px - places[i].centre_px).squaredNorm());
+      const float ring = std::max(from_px - places[i].inner_px, 0.0F) * places[i].per_ring;
       if (ring > least) continue;
       nearest = i;
       least = ring;
-      offset_px = from_px;
     }
-    const auto residual = static_cast<double>(accepted_.residual[k]);
-    shape.add(nearest, offset_px, least,
-              residual * std::sqrt(static_cast<double>(accepted_.weight[k])),
-              static_cast<double>(accepted_.noise_share[k]));
+    shape.add(nearest, at_px - places[nearest].centre_px, least,
+              accepted_.residual[k] * std::sqrt(accepted_.weight[k]), accepted_.noise_share[k]);
   }
   const ResidualShape::Verdict verdict =
       shape.verdict(static_cast<double>(per_lamp_), static_cast<double>(attempt_.background_terms));
@@ -472,7 +296,9 @@ const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGue
   const Matrix inverse = information.solve(Matrix::Identity(size(), size()));
   list_rows(accepted_);
   const Matrix found_covariance = covariance(inverse);
-  const Vector by_wings = information.solve(by_wing_share()) * wing_share_sigma_;
+  const Vector by_wings = wing_share_sigma_ > 0.0
+                              ? Vector(information.solve(by_wing_share()) * wing_share_sigma_)
+                              : Vector::Zero(size());
   const auto sigma = [&](Eigen::Index i) {
     return std::hypot(std::sqrt(std::max(found_covariance(i, i), 0.0)), by_wings[i]);
   };

@@ -36,7 +36,7 @@ struct LampSamples {
   std::vector<float> u_px, v_px;  ///< from `origin_px`
   std::vector<float> light;
   std::vector<float> others;  ///< light of other lamps; left 0
-  std::vector<float> place;   ///< share of the reach of the lamp that brought it in
+  std::vector<float> place2;  ///< square of the share of the reach of the lamp that brought it in
   std::vector<float> keep;    ///< 1, or 0 where it does not count
   std::size_t clear = 0;      ///< those that do not clip, filled up
   std::size_t used = 0;       ///< that count
@@ -53,12 +53,12 @@ struct LampSamples {
   void keep_within(double share);
 
  private:
-  void add(int u, int v, double light_here, double place_here);
+  void add(int u, int v, float light_here, float place2_here);
   void fill_up();
 
   struct Clipped {
     int u, v;
-    double light, place;
+    float light, place2;
   };
   std::vector<Clipped> clipped_;
 };

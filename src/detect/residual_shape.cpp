@@ -22,14 +22,17 @@ double normal_of_ratio(double ratio, double above, double below) {
 ResidualShape::ResidualShape(std::size_t lamps)
     : lamps_(lamps), rings_(kRings * lamps), places_(kRings * kQuarters * lamps) {}
 
-void ResidualShape::add(std::size_t lamp, const Eigen::Vector2d& offset_px, double ring,
-                        double residual, double noise_share) {
+void ResidualShape::add(std::size_t lamp, const Eigen::Vector2f& offset_px, float ring,
+                        float residual_in, float noise_share_in) {
+  const auto residual = static_cast<double>(residual_in);
+  const auto noise_share = static_cast<double>(noise_share_in);
   square_ += residual * residual;
   used_ += 1.0;
   const std::size_t in =
-      kRings * lamp + std::min(static_cast<std::size_t>(ring * kRings), kRings - 1);
-  const std::size_t quarter =
-      (offset_px.x() + offset_px.y() > 0.0 ? 1 : 0) + (offset_px.x() - offset_px.y() > 0.0 ? 2 : 0);
+      kRings * lamp +
+      std::min(static_cast<std::size_t>(ring * static_cast<float>(kRings)), kRings - 1);
+  const std::size_t quarter = (offset_px.x() + offset_px.y() > 0.0F ? 1 : 0) +
+                              (offset_px.x() - offset_px.y() > 0.0F ? 2 : 0);
   for (Sum* sum : {&rings_[in], &places_[kQuarters * in + quarter]}) {
     sum->n += 1.0;
     sum->sum += residual;

@@ -15,8 +15,8 @@ class ResidualShape {
   /// A pixel's residual over its sigma, `offset_px` from the lamp next to it, at `ring` of what is
   /// used about the lamp, 0 to 1. `noise_share` of its variance is its own, the rest is common to
   /// pixels that lie together.
-  void add(std::size_t lamp, const Eigen::Vector2d& offset_px, double ring, double residual,
-           double noise_share);
+  void add(std::size_t lamp, const Eigen::Vector2f& offset_px, float ring, float residual,
+           float noise_share);
 
   struct Verdict {
     double chi2_per_dof = 0.0;

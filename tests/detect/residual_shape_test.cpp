@@ -19,7 +19,10 @@ ResidualShape::Verdict verdict_on(std::uint64_t seed, double noise_share, const 
     for (int u = -kReach_px; u <= kReach_px; ++u) {
       const Eigen::Vector2d at(u, v);
       const double ring = at.norm() / kReach_px;
-      if (ring < 1.0) shape.add(0, at, ring, random.normal(0.0, 1.0) + mean(at, ring), noise_share);
+      if (ring >= 1.0) continue;
+      const double residual = random.normal(0.0, 1.0) + mean(at, ring);
+      shape.add(0, at.cast<float>(), static_cast<float>(ring), static_cast<float>(residual),
+                static_cast<float>(noise_share));
     }
   return shape.verdict(4.0, 1.0);
 }
