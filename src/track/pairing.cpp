@@ -84,11 +84,13 @@ void best_matching(const std::vector<Edge>& edges, std::size_t next, std::vector
 }
 
 // Fog lamps below headlamps, and a bus's roof lights above them, look like a second pair, nearer or
-// farther; but no two vehicles stand so close behind one another.
+// farther; but no two vehicles stand so close behind one another, and the body of one hides what is
+// behind it up to its roof.
 bool same_body(const Vehicle& vehicle, const Eigen::Vector2d& middle_px, double width_per_depth,
                const RoadView& view) {
   constexpr double kShortestGap_m = 6.5, kUnder_m = 1.0, kOver_m = 3.0, kOffMiddle_m = 0.4,
-                   kOffMiddleHigh_m = 0.9, kHalfBody_m = 1.6, kHighCamera_m = 2.0, kMargin_m = 0.15;
+                   kOffMiddleHigh_m = 0.9, kHalfBody_m = 1.6, kHighCamera_m = 2.0, kMargin_m = 0.15,
+                   kRoofOverLamps_m = 0.5;
   const Eigen::Vector2d own_px = 0.5 * (vehicle.left->at_px() + vehicle.right->at_px());
   const LampPlace at = view.place(own_px);
   Eigen::Matrix2d axes;
@@ -106,6 +108,7 @@ bool same_body(const Vehicle& vehicle, const Eigen::Vector2d& middle_px, double 
       high ? std::max(kOffMiddleHigh_m, kHalfBody_m - half_m * ratio) : kOffMiddle_m;
   if (std::abs(off_m.x()) > off_middle_m) return false;
   if (ratio < (high ? 0.4 : 0.6) || ratio > 1.6) return false;
+  if (high && std::abs(off_m.y()) < kRoofOverLamps_m) return true;
   const double gap_m =
       high ? 1.0 / view.place(middle_px).inverse_depth_per_m - 1.0 / at.inverse_depth_per_m
            : (1.0 / ratio - 1.0) / inverse_depth;
@@ -258,7 +261,7 @@ void Pairing::join(Evidence& pair, Vehicles& vehicles, std::int64_t frame) {
     for (const auto& other : vehicles)
       if (other->left && other->right &&
           same_body(*other, middle_px, pair.width_per_depth, view_) &&
-          !outshines(*left, *right, *other)) {
+          !outshines(*left, *right, *other, false)) {
         left->on_vehicle.add(true, kMemory);
         right->on_vehicle.add(true, kMemory);
         return;
@@ -310,12 +313,14 @@ void Pairing::refresh(Vehicles& vehicles, std::int64_t frame, CameraTime time) {
     }
     if (left && right) vehicle->from_left_px = right->at_px() - left->at_px();
     if (!both) continue;
+    bool known_first = false;  // vehicles are in the order in which they were found
     for (const auto& other : vehicles) {
+      known_first = known_first || other == vehicle;
       if (other == vehicle || other->kind != vehicle->kind || !other->left || !other->right)
         continue;
       const Eigen::Vector2d middle_px = 0.5 * (left->at_px() + right->at_px());
       if (same_body(*other, middle_px, vehicle->width_per_depth, view_) &&
-          !outshines(*left, *right, *other)) {
+          !outshines(*left, *right, *other, known_first)) {
         ++vehicle->second_on_body;
         break;
       }

@@ -167,8 +167,8 @@ double strength_of(const Lamp& lamp) {
   return lamp.log_flux() - 2.0 * std::log(inverse_depth);
 }
 
-bool outshines(const Lamp& left, const Lamp& right, const Vehicle& other) {
-  constexpr double kEqualLn = 0.5, kFarBelowLn = 1.5, kFogLampsBelow_m = 0.7;
+bool outshines(const Lamp& left, const Lamp& right, const Vehicle& other, bool known_first) {
+  constexpr double kEqualLn = 0.5, kFarBelowLn = 1.5, kFogLampsBelow_m = 0.7, kLevel_m = 0.15;
   const double more_ln = std::min(left.log_flux(), right.log_flux()) -
                          std::min(other.left->log_flux(), other.right->log_flux());
   const Eigen::Vector2d apart_px =
@@ -176,6 +176,8 @@ bool outshines(const Lamp& left, const Lamp& right, const Vehicle& other) {
   const Eigen::Vector2d& down_px = left.place().down_px;
   const double lower_m =
       apart_px.dot(down_px) / (down_px.squaredNorm() * other.inverse_depth_per_m);
+  if (std::abs(lower_m) < kLevel_m)
+    return std::abs(more_ln) > kEqualLn ? more_ln > 0.0 : known_first;
   if (std::abs(lower_m) < kFogLampsBelow_m && std::abs(more_ln) < kFarBelowLn) return lower_m < 0.0;
   if (std::abs(more_ln) > kEqualLn) return more_ln > 0.0;
   return lower_m > 0.0;

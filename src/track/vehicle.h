@@ -39,8 +39,9 @@ double strength_of(const Lamp& lamp);
 
 /// Of two pairs on one body the brighter one is the vehicle's, and of equal ones the lower: roof
 /// and side lights, and their own reflections, do not outshine the lamps. But fog lamps, close
-/// below the headlamps, may. `other` needs both its lamps.
-bool outshines(const Lamp& left, const Lamp& right, const Vehicle& other);
+/// below the headlamps, may, and of equal ones at one height the one known first is taken. `other`
+/// needs both its lamps.
+bool outshines(const Lamp& left, const Lamp& right, const Vehicle& other, bool known_first);
 
 enum class Verdict { vehicle, short_track, static_light, reflection, off_road, undecided };
 
