@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include "estimate/delay_model.h"
 
@@ -15,11 +16,18 @@ constexpr double kSlowest_mps = 1.0, kFastest_mps = 100.0;
 constexpr int kScanPieces = 12;
 constexpr std::array<int, 5> kPieces{9, 14, 21, 32, 48};
 
+double departed_m(const std::vector<AccelerationStep>& steps, double tau_s) {
+  double sum_m = 0.0;
+  for (const AccelerationStep& step : steps) sum_m += step.size * step.way(tau_s);
+  return sum_m;
+}
+
 void add_side(const DelaySide& side, bool far, DelayRows& rows) {
   for (const PowerBlock& block : side.blocks) {
     const double above_w = std::max(0.0, block.power_w - side.ambient_w.mean);
-    rows.rows.push_back({block.time_s - rows.reference_s, block.power_w / rows.unit_w,
-                         block.sigma_w / rows.unit_w, std::sqrt(above_w / rows.unit_w), far});
+    const double tau_s = block.time_s - rows.reference_s;
+    rows.rows.push_back({tau_s, block.power_w / rows.unit_w, block.sigma_w / rows.unit_w,
+                         std::sqrt(above_w / rows.unit_w), far, departed_m(rows.steps, tau_s)});
   }
 }
 
@@ -36,6 +44,10 @@ DelayRows rows_of(const DelayProblem& problem) {
                                         return a.power_w < b.power_w;
                                       })
                          ->time_s;
+  for (const AccelerationJump& jump : problem.acceleration.jumps) {
+    const double tau_s = jump.time_s - rows.reference_s;
+    rows.steps.push_back({tau_s, tau_s > 0.0 ? jump.by_mps2 : -jump.by_mps2});
+  }
   add_side(problem.near, false, rows);
   add_side(problem.far, true, rows);
   rows.last_far_s = rows.rows.back().tau_s;
@@ -134,6 +146,7 @@ struct Candidate {
   std::vector<int> free;
   int pieces = 0;
   double prior_chi2 = 0.0;
+  CubicSpline curve;
 };
 
 // As many pieces as lower Akaike's information criterion.
@@ -144,7 +157,8 @@ Outcome<Candidate> best_curve(const DelayProblem& problem, const DelayRows& rows
   Eigen::VectorXd last;
   for (const int pieces : kPieces) {
     if (static_cast<double>(pieces) > 0.25 * n) break;
-    const DelayModel model(problem, rows, CubicSpline(breaks_of(rows, delay_s, pieces)));
+    const CubicSpline curve(breaks_of(rows, delay_s, pieces));
+    const DelayModel model(problem, rows, curve);
     Eigen::VectorXd start = model.start(delay_s);
     if (last.size() > 0) start.head<kDelayParameters>() = last;
     DelayModel::Point point = model.minimise(start, false, 1);
@@ -160,9 +174,50 @@ Outcome<Candidate> best_curve(const DelayProblem& problem, const DelayRows& rows
     if (!(criterion < least)) continue;
     least = criterion;
     const double prior_chi2 = model.prior_chi2(point.value);
-    best = Candidate{std::move(point), std::move(residuals), model.free(true), pieces, prior_chi2};
+    best = Candidate{std::move(point), std::move(residuals), model.free(true),
+                     pieces,           prior_chi2,           curve};
   }
   return best;
+}
+
+// Speed and acceleration some time after the reference.
+Eigen::Vector2d motion_at(const DelayProblem& problem, const DelayRows& rows,
+                          const Eigen::VectorXd& value, double tau_s) {
+  const double at_reference_mps = problem.baseline_m.mean * std::exp(-value[kLogDelay]);
+  Eigen::Vector2d motion(at_reference_mps * (1.0 + value[kAlpha] * tau_s),
+                         at_reference_mps * value[kAlpha]);
+  for (const AccelerationStep& step : rows.steps) {
+    motion[0] += step.size * step.beyond_s(tau_s);
+    if (step.beyond_s(tau_s) != 0.0) motion[1] += step.size;
+  }
+  return motion;
+}
+
+// What the doubt about the jumps of acceleration adds to the covariance of speed and acceleration:
+// the fit is moved along each of its main directions.
+Eigen::Matrix2d doubt_of_jumps(const DelayProblem& problem, const DelayRows& rows,
+                               const Candidate& found, double tau_s) {
+  constexpr double kLeastShare = 1e-3;
+  const Eigen::MatrixXd& covariance = problem.acceleration.covariance;
+  Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
+  if (covariance.size() == 0) return sum;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
+  const Eigen::Vector2d here = motion_at(problem, rows, found.point.value, tau_s);
+  for (Eigen::Index k = 0; k < covariance.rows(); ++k) {
+    const double variance = eigen.eigenvalues()[k];
+    if (!(variance > kLeastShare * covariance.trace())) continue;
+    DelayRows moved = rows;
+    for (std::size_t i = 0; i < moved.steps.size(); ++i) {
+      const double by = std::sqrt(variance) * eigen.eigenvectors()(static_cast<Eigen::Index>(i), k);
+      moved.steps[i].size += moved.steps[i].tau_s > 0.0 ? by : -by;
+    }
+    for (DelayRows::Row& row : moved.rows) row.departed_m = departed_m(moved.steps, row.tau_s);
+    const DelayModel model(problem, moved, found.curve);
+    const Eigen::Vector2d apart =
+        motion_at(problem, moved, model.minimise(found.point.value, true, 1).value, tau_s) - here;
+    sum += apart * apart.transpose();
+  }
+  return sum;
 }
 
 // Speed, its sigma and its time from the delay and the acceleration, at the time that suits best.
@@ -182,15 +237,19 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const Candida
       best_s = tau_s;
     }
   }
-  const double speed_mps = at_reference_mps * (1.0 + alpha * best_s);
-  fit.acceleration_mps2 = alpha * at_reference_mps;
+  // As if the acceleration were constant, and then as it is.
+  const Eigen::Vector2d constant(at_reference_mps * (1.0 + alpha * best_s),
+                                 at_reference_mps * alpha);
+  const Eigen::Vector2d motion = motion_at(problem, rows, found.point.value, best_s);
+  const double speed_mps = motion[0];
+  fit.acceleration_mps2 = motion[1];
   // Of speed and acceleration by ln delay and alpha; the baseline scales both.
   Eigen::Matrix2d slopes;
-  slopes << -speed_mps, at_reference_mps * best_s, -fit.acceleration_mps2, at_reference_mps;
-  const Eigen::Vector2d by_baseline(speed_mps, fit.acceleration_mps2);
+  slopes << -constant[0], at_reference_mps * best_s, -constant[1], at_reference_mps;
   const double baseline_share = problem.baseline_m.std / problem.baseline_m.mean;
   fit.covariance = slopes * covariance * slopes.transpose() +
-                   baseline_share * baseline_share * by_baseline * by_baseline.transpose();
+                   baseline_share * baseline_share * constant * constant.transpose() +
+                   doubt_of_jumps(problem, rows, found, best_s);
   fit.acceleration_std_mps2 = std::sqrt(fit.covariance(1, 1));
   SpeedEstimate& speed = fit.speed;
   speed.time_s = rows.reference_s + best_s;

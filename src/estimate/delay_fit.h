@@ -19,6 +19,19 @@ struct DelaySide {
   Uncertain ambient_w;
 };
 
+/// From this moment on a vehicle's acceleration is another.
+struct AccelerationJump {
+  double time_s = 0.0;
+  double by_mps2 = 0.0;
+};
+
+/// What is known of a vehicle's acceleration beside the light.
+struct KnownAcceleration {
+  Uncertain mps2{0.0, 1.5};  ///< at about the time of the far pulse's peak
+  std::vector<AccelerationJump> jumps;
+  Eigen::MatrixXd covariance;  ///< of their sizes; empty: known
+};
+
 /// Two photodiodes at the same height and lateral place, looking the same way, one up the road from
 /// the other. Both receive the same function of the vehicle's distance ahead of them, whatever lamp
 /// and law it is, so the time between like powers is the baseline over the speed.
@@ -26,7 +39,7 @@ struct DelayProblem {
   DelaySide near, far;  ///< `far` stands up the road: it is passed first
   Uncertain baseline_m;
   Uncertain log_ratio;  ///< ln of the gain of `far` over that of `near`; std 0: known
-  Uncertain acceleration_mps2{0.0, 1.5};
+  KnownAcceleration acceleration;
 };
 
 struct DelayFit {

@@ -133,12 +133,13 @@ namespace {
 // The whole pulses say most. Where the light ends in an edge that no smooth curve follows (a mask,
 // another lamp coming in), their rise alone.
 Outcome<DelayFit> pair_speed(const Site& site, const PowerTrace& one, const PowerTrace& other,
-                             double from_s, double to_s) {
+                             double from_s, double to_s, const KnownAcceleration& acceleration) {
   constexpr double kAlikeChi2 = 1.5, kAlikeFactor = 1.5;
   Outcome<DelayFit> whole = Miss::no_scale;
   for (const bool to_peak : {false, true}) {
     auto problem = delay_problem(site, one, other, from_s, to_s, to_peak);
     if (const Miss* miss = std::get_if<Miss>(&problem)) return *miss;
+    std::get<DelayProblem>(problem).acceleration = acceleration;
     auto outcome = fit_delay(std::get<DelayProblem>(problem));
     const auto* fit = std::get_if<DelayFit>(&outcome);
     if (to_peak && fit) return outcome;
@@ -151,11 +152,11 @@ Outcome<DelayFit> pair_speed(const Site& site, const PowerTrace& one, const Powe
 }  // namespace
 
 Outcome<DelayFit> delay_speed(const Site& site, std::span<const PowerTrace* const> traces,
-                              double from_s, double to_s) {
+                              double from_s, double to_s, const KnownAcceleration& acceleration) {
   Outcome<DelayFit> best = Miss::no_scale;
   for (std::size_t i = 0; i < traces.size(); ++i)
     for (std::size_t j = i + 1; j < traces.size(); ++j) {
-      auto outcome = pair_speed(site, *traces[i], *traces[j], from_s, to_s);
+      auto outcome = pair_speed(site, *traces[i], *traces[j], from_s, to_s, acceleration);
       const auto* fit = std::get_if<DelayFit>(&outcome);
       const auto* known = std::get_if<DelayFit>(&best);
       if ((!known && (fit || (i == 0 && j == 1))) ||

@@ -16,10 +16,11 @@ Outcome<DelayProblem> delay_problem(const Site& site, const PowerTrace& one,
                                     const PowerTrace& other, double from_s, double to_s,
                                     bool to_peak);
 
-/// The surest speed over all pairs of traces. Misses as above and those of fit_delay(); with fewer
-/// than two traces no_scale.
+/// The surest speed over all pairs of traces, between two clip times. Misses as above and those of
+/// fit_delay(); with fewer than two traces no_scale.
 Outcome<DelayFit> delay_speed(const Site& site, std::span<const PowerTrace* const> traces,
-                              double from_s, double to_s);
+                              double from_s, double to_s,
+                              const KnownAcceleration& acceleration = {});
 
 /// Its row of methods.csv.
 MethodResult delay_row(const Outcome<DelayFit>& outcome);

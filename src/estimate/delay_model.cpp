@@ -50,9 +50,11 @@ std::vector<int> DelayModel::free(bool move_delay) const {
 
 DelayModel::Light DelayModel::light_of(const DelayRows::Row& row,
                                        const Eigen::VectorXd& value) const {
-  const double delay_s = row.far ? std::exp(value[kLogDelay]) : 0.0;
+  const double delay_s = std::exp(value[kLogDelay]);
   Light found;
-  found.local = curve_.at(row.tau_s * (1.0 + 0.5 * value[kAlpha] * row.tau_s) + delay_s);
+  found.by_log_delay =
+      delay_s * ((row.far ? 1.0 : 0.0) + row.departed_m / problem_.baseline_m.mean);
+  found.local = curve_.at(row.tau_s * (1.0 + 0.5 * value[kAlpha] * row.tau_s) + found.by_log_delay);
   if (row.far) found.gain = std::exp(value[kLogFarGain] + value[kAngularGain] * row.root);
   for (std::size_t k = 0; k < 4; ++k) {
     const double scaled =
@@ -76,9 +78,8 @@ DelayModel::Point DelayModel::at(const Eigen::VectorXd& value, bool with_derivat
     point.information = Eigen::MatrixXd::Zero(value.size(), value.size());
     point.gradient = Eigen::VectorXd::Zero(value.size());
   }
-  const double delay_s = std::exp(value[kLogDelay]);
   for (const DelayRows::Row& row : rows_.rows) {
-    const auto [local, gain, light, slope] = light_of(row, value);
+    const auto [local, by_log_delay, gain, light, slope] = light_of(row, value);
     const int ambient = row.far ? kFarAmbient : kNearAmbient;
     const double residual = (light + value[ambient] - row.power) / row.sigma;
     point.cost += 0.5 * residual * residual;
@@ -90,8 +91,8 @@ DelayModel::Point DelayModel::at(const Eigen::VectorXd& value, bool with_derivat
                         gain * local.value[k]};
     terms[count++] = {ambient, 1.0};
     terms[count++] = {kAlpha, 0.5 * slope * row.tau_s * row.tau_s};
+    terms[count++] = {kLogDelay, slope * by_log_delay};
     if (row.far) {
-      terms[count++] = {kLogDelay, slope * delay_s};
       terms[count++] = {kLogFarGain, light};
       terms[count++] = {kAngularGain, light * row.root};
     }
@@ -125,7 +126,7 @@ void DelayModel::add_priors(Point& point, bool with_derivatives) const {
   for (int k = 0; k < curve_.size(); ++k)
     add(kDelayParameters + k, value[kDelayParameters + k], kCoefficientStd);
 
-  const Uncertain& prior = problem_.acceleration_mps2;
+  const Uncertain& prior = problem_.acceleration.mps2;
   const double speed_mps = problem_.baseline_m.mean * std::exp(-value[kLogDelay]);
   const double residual = (value[kAlpha] * speed_mps - prior.mean) / prior.std;
   point.cost += 0.5 * residual * residual;
@@ -140,7 +141,7 @@ void DelayModel::add_priors(Point& point, bool with_derivatives) const {
 }
 
 double DelayModel::prior_chi2(const Eigen::VectorXd& value) const {
-  const Uncertain& acceleration_mps2 = problem_.acceleration_mps2;
+  const Uncertain& acceleration_mps2 = problem_.acceleration.mps2;
   const double rate_mps2 = value[kAlpha] * problem_.baseline_m.mean * std::exp(-value[kLogDelay]);
   double sum = std::pow((rate_mps2 - acceleration_mps2.mean) / acceleration_mps2.std, 2);
   if (problem_.log_ratio.std > 0.0)

@@ -6,11 +6,13 @@
 
 #include "estimate/cubic_spline.h"
 #include "estimate/delay_fit.h"
+#include "estimate/path_model.h"
 
 namespace vildar {
 
 /// Unknowns of the delay model that are not coefficients of the curve. The curve is a function of
-/// u = tau + alpha tau^2 / 2, the distance driven over the speed at the reference time.
+/// u = tau + alpha tau^2 / 2 + departed way / speed, the distance driven over the speed at the
+/// reference time.
 enum DelayParameter : int {
   kLogDelay,     ///< ln (baseline over speed)
   kAlpha,        ///< acceleration over speed, 1/s
@@ -26,12 +28,14 @@ struct DelayRows {
   struct Row {
     double tau_s, power, sigma, root;  ///< root: of the relative power above ambient
     bool far;
+    double departed_m;  ///< way by which the known steps of acceleration depart from a constant one
   };
   std::vector<Row> rows;  ///< each side's in order of time, near first
   double unit_w = 1.0;
   double reference_s = 0.0;
-  double first_s = 0.0, last_s = 0.0;  ///< of the rows, from the reference
-  double last_far_s = 0.0;             ///< of the far rows
+  double first_s = 0.0, last_s = 0.0;   ///< of the rows, from the reference
+  double last_far_s = 0.0;              ///< of the far rows
+  std::vector<AccelerationStep> steps;  ///< from the reference, in m/s^2
 };
 
 /// Least squares of both pulses on one curve; priors included.
@@ -59,6 +63,7 @@ class DelayModel {
  private:
   struct Light {
     CubicSpline::Local local;
+    double by_log_delay = 0.0;  // of the way driven over the speed
     double gain = 1.0, light = 0.0, slope = 0.0;
   };
   Light light_of(const DelayRows::Row& row, const Eigen::VectorXd& value) const;

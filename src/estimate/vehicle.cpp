@@ -179,13 +179,14 @@ void fuse(const VehicleTrack& track, const Site& site, std::span<const VehiclePo
 // Adds the method `delay_photodiodes`. The vehicle passes the photodiodes after the camera has lost
 // it; the traces are those of the time in which it is alone on them.
 std::optional<DelayFit> delay_of(const Site& site, std::span<const VehiclePower> power,
-                                 VehicleResult& result) {
+                                 const Trajectory* trajectory, VehicleResult& result) {
   constexpr double kBefore_s = 0.5, kPassing_s = 4.0;
   std::vector<const PowerTrace*> traces;
   for (const VehiclePower& offered : power)
     if (!offered.shared) traces.push_back(offered.trace);
   const auto outcome =
-      delay_speed(site, traces, result.t_first_s - kBefore_s, result.t_last_s + kPassing_s);
+      delay_speed(site, traces, result.t_first_s - kBefore_s, result.t_last_s + kPassing_s,
+                  trajectory ? acceleration_of(*trajectory) : KnownAcceleration{});
   MethodResult row = delay_row(outcome);
   if (traces.size() < power.size() && traces.size() < 2) row.speed = Miss::several_vehicles;
   result.methods.push_back(row);
@@ -264,7 +265,8 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
     if (!power.empty()) {
       for (MethodResult& row : photodiode_methods(track, site, power, trajectory))
         result.methods.push_back(std::move(row));
-      const auto delay = power.size() > 1 ? delay_of(site, power, result) : std::nullopt;
+      const auto delay =
+          power.size() > 1 ? delay_of(site, power, trajectory, result) : std::nullopt;
       if (trajectory && !result.withheld)
         fuse(track, site, power, delay ? &*delay : nullptr, trajectories, result);
       else if (delay)

@@ -11,9 +11,9 @@ using simulated::Receiving;
 struct Pair {
   PowerTrace near, far;
 
-  Outcome<DelayFit> speed(const Site& site) const {
+  Outcome<DelayFit> speed(const Site& site, const KnownAcceleration& acceleration = {}) const {
     const std::array<const PowerTrace*, 2> traces{&near, &far};
-    return delay_speed(site, traces, 0.0, 8.0);
+    return delay_speed(site, traces, 0.0, 8.0, acceleration);
   }
 };
 
@@ -42,6 +42,25 @@ TEST(Delay, SpeedAndAccelerationNeedNothingButTheBaseline) {
     EXPECT_LT(std::abs(fit.acceleration_mps2 - acceleration_mps2), 4.0 * fit.acceleration_std_mps2);
     EXPECT_LT(fit.acceleration_std_mps2, 0.2);
   }
+}
+
+TEST(Delay, AKnownJumpOfAccelerationDoesNotBendTheSpeed) {
+  const Site site = simulated::two_photodiodes(2.0);
+  simulated::Vehicle vehicle;
+  vehicle.speed_mps = 28.0;
+  vehicle.change_s = 0.8;
+  vehicle.change_mps2 = -4.0;
+  const Pair pair = pair_of(vehicle, site, {.snr_db = 60.0});
+  KnownAcceleration known{.mps2 = {0.0, 4.0}, .jumps = {{0.8, -4.0}}, .covariance = {}};
+  const auto fit = std::get<DelayFit>(pair.speed(site, known));
+  const double error_mps = fit.speed.speed_mps - vehicle.speed_at_mps(fit.speed.time_s);
+  EXPECT_LT(std::abs(error_mps), 4.0 * fit.speed.std_mps);
+  EXPECT_LT(std::abs(fit.acceleration_mps2 + 4.0), 4.0 * fit.acceleration_std_mps2);
+  // Not knowing how large it was makes both less sure.
+  known.covariance = Eigen::MatrixXd::Constant(1, 1, 4.0);
+  const auto unsure = std::get<DelayFit>(pair.speed(site, known));
+  EXPECT_GT(unsure.speed.std_mps, fit.speed.std_mps);
+  EXPECT_GT(unsure.acceleration_std_mps2, fit.acceleration_std_mps2);
 }
 
 TEST(Delay, SpeedGoesWithTheBaselineAndItsSigmaWithBoth) {
