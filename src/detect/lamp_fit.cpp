@@ -17,6 +17,7 @@ namespace {
 constexpr double kPatch_px2 = 16.0;  // area that is uneven together
 constexpr double kStill_px = 0.3;    // a way this short widens a core of 0.5 px by 1.5 %
 constexpr double kSmearPiece_px = 1.5;
+constexpr double kBendHelps = 0.9;  // of what a level background leaves over
 
 }  // namespace
 
@@ -215,9 +216,12 @@ void LampFitter::judge(std::span<const LampGuess> guesses) {
       shape.verdict(static_cast<double>(per_lamp_), static_cast<double>(attempt_.background_terms));
   result_.chi2_per_dof = verdict.chi2_per_dof;
   result_.bad_fit = verdict.shaped;
+  // A bend that takes nothing off what is left over says that no background leaves it.
+  const bool bend_helps = !level_shape_ || verdict.shape < kBendHelps * *level_shape_;
+  if (result_.attempt == 0) level_shape_ = verdict.shape;
   lamp_is_other_ =
-      verdict.shaped && verdict.round &&
-      (result_.attempt == kNothingRound || (result_.attempt == 0 && !verdict.quarters_differ));
+      verdict.shaped && ((result_.attempt == kNothingRound && (verdict.round || !bend_helps)) ||
+                         (result_.attempt == 0 && verdict.round && !verdict.quarters_differ));
   result_.variance_factor = std::max(1.0, verdict.chi2_per_dof);
   if (result_.bad_fit)
     result_.variance_factor = std::max(result_.variance_factor, verdict.shape_per_dof);
@@ -273,6 +277,7 @@ const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGue
     if (radius_known && !guess.radius_px)
       throw std::invalid_argument("LampFitter: a known radius is not given");
   result_ = {};
+  level_shape_.reset();
   per_lamp_ = radius_known ? 3 : 4;
   images_.assign(guesses.size(), image_);
   smear(guesses);

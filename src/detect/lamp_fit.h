@@ -136,6 +136,7 @@ class LampFitter {
   Eigen::Index per_lamp_ = 4;
   Attempt attempt_{};
   bool lamp_is_other_ = false;
+  std::optional<double> level_shape_;  // what a level background leaves over, see ResidualShape
   Eigen::Vector2d middle_px_ = Eigen::Vector2d::Zero();
   LampsFit result_;
 };

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::size_t kRings = 6, kQuarters = 4;
 constexpr double kLeastPixels = 4.0;  // of a quarter of a ring
-constexpr double kOnceInHundred = 2.326;
+constexpr double kOnceInHundred = 2.326, kOnceInTwoHundred = 2.576;
 
 /// Standard normal equivalent of a ratio of two mean squares with so many degrees of freedom
 /// (Paulson 1942).
@@ -42,34 +42,41 @@ void ResidualShape::add(std::size_t lamp, const Eigen::Vector2f& offset_px, floa
 
 ResidualShape::Verdict ResidualShape::verdict(double per_lamp, double background_terms) const {
   double places = 0.0, between = 0.0, rings = 0.0, between_rings = 0.0;
-  for (const Sum& one : places_) {
-    if (one.n < kLeastPixels) continue;
-    places += 1.0;
-    between += one.sum * one.sum / one.n;
-  }
-  for (const Sum& one : rings_) {
-    if (one.n < kQuarters * kLeastPixels) continue;
-    rings += 1.0;
-    between_rings += one.sum * one.sum / one.n;
-  }
+  const auto add_up = [](const std::vector<Sum>& sums, double least, double& count,
+                         double& square) {
+    for (const Sum& one : sums) {
+      if (one.n < least) continue;
+      count += 1.0;
+      square += one.sum * one.sum / one.n;
+    }
+  };
+  add_up(places_, kLeastPixels, places, between);
+  add_up(rings_, kQuarters * kLeastPixels, rings, between_rings);
   const auto lamps = static_cast<double>(lamps_);
   const double fitted = per_lamp * lamps + background_terms;
   const double within_dof = std::max(used_ - places, 1.0);
   const double scatter = std::max((square_ - between) / within_dof, 1e-12);
-  double expected = 0.0;
-  for (const Sum& one : places_)
-    if (one.n >= kLeastPixels)
-      expected += one.sum * one.sum / one.n / (scatter + 1.0 - one.noise / one.n);
+  // Against what the scatter makes of as many pixels, and what they have in common.
+  const auto shaped = [&](const std::vector<Sum>& sums, double least, double dof) {
+    double expected = 0.0;
+    for (const Sum& one : sums)
+      if (one.n >= least)
+        expected += one.sum * one.sum / one.n / (scatter + 1.0 - one.noise / one.n);
+    return normal_of_ratio(expected / dof, dof, within_dof) > kOnceInTwoHundred;
+  };
 
   Verdict verdict;
   const double dof = std::max(places - fitted, 1.0);
-  verdict.chi2_per_dof = square_ / std::max(used_ - fitted, 1.0);
-  verdict.shape_per_dof = between / dof;
-  verdict.shaped = normal_of_ratio(expected / dof, dof, within_dof) > kOnceInHundred;
   // Of a lamp's parameters two, its centre, and of the background's all but one turn with the
   // angle.
   const double round_dof = std::max(rings - (per_lamp - 2.0) * lamps - 1.0, 1.0);
   const double uneven_dof = std::max(places - rings - 2.0 * lamps - background_terms + 1.0, 1.0);
+  verdict.chi2_per_dof = square_ / std::max(used_ - fitted, 1.0);
+  verdict.shape = between;
+  verdict.shape_per_dof = between / dof;
+  // Wings that are not as they were taken for are alike in all quarters: rings tell them sooner.
+  verdict.shaped =
+      shaped(places_, kLeastPixels, dof) || shaped(rings_, kQuarters * kLeastPixels, round_dof);
   // Quarters that differ no more than chance makes them say nothing of what lies about the lamp.
   const double uneven = (between - between_rings) / uneven_dof;
   verdict.quarters_differ =

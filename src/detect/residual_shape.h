@@ -21,6 +21,7 @@ class ResidualShape {
   struct Verdict {
     double chi2_per_dof = 0.0;
     double shape_per_dof = 0.0;    ///< mean square over rings and quarters
+    double shape = 0.0;            ///< sum of those squares
     bool shaped = false;           ///< more of it than chance gives in one case of a hundred
     bool quarters_differ = false;  ///< by more than chance makes them
     /// Alike in all quarters, beyond what the quarters' differences explain: the lamp's own light
