@@ -2,10 +2,10 @@
 #include <cstdio>
 
 #include "core/clock.h"
+#include "delay_pass.h"
 #include "estimate/mixture.h"
 #include "estimate/recursive_fit.h"
 #include "estimate/vehicle.h"
-#include "simulated_pass.h"
 #include "study.h"
 
 namespace vildar {
@@ -23,12 +23,7 @@ TEST_F(RecursiveStudy, AsGoodAsTheBatchAtTwentyMetres) {
       double live2 = 0.0, batch2 = 0.0;
       int used = 0, covered = 0;
       for (int i = 0; i < kTrials; ++i) {
-        simulated::Vehicle vehicle;
-        vehicle.speed_mps = random.uniform(8.0, 35.0);
-        vehicle.acceleration_mps2 = random.normal(0.0, 1.5);
-        vehicle.lateral_m = random.normal(-4.0, 0.3);
-        vehicle.height_m = random.normal(0.65, 0.1);
-        vehicle.separation_m = random.normal(1.2, 0.15);
+        const simulated::Vehicle vehicle = simulated::random_vehicle(1.5, random);
         VehicleTrack track =
             simulated::track_of(vehicle, site, {.to_s = 50.0 / vehicle.speed_mps}, random);
         std::erase_if(track.sightings, [&](const VehicleSighting& sighting) {
