@@ -43,7 +43,9 @@ Gathered gather(const PsfArguments& arguments, const Site& site) {
     check_site_fits_clip(site, clip.info().width_px, clip.info().height_px);
     if (!clip.info().lossless)
       gathered.lossy.push_back(file.string() + " (" + clip.info().codec + ")");
-    Detector detector(DetectOptions{}, Response(*site.camera), site.camera->exposure_s);
+    DetectOptions detect;
+    detect.lossy = !clip.info().lossless;
+    Detector detector(detect, Response(*site.camera), site.camera->exposure_s);
     collector.begin_clip(site.camera->exposure_s);
     Progress progress("looking for lamps", clip.info().frames_declared, "frames");
     while (const std::optional<Frame> frame = clip.next()) {
@@ -134,8 +136,8 @@ std::string text_report(const PsfCalibration& found, const Gathered& gathered) {
         "alone; add a clip with a shorter exposure\n";
   for (const std::string& clip : gathered.lossy)
     out += clip +
-           ": a lossy codec reshapes rims and wings; the PSF is that of the pictures as they "
-           "were coded, and `vildar run` uses it on lossless clips alone\n";
+           ": a lossy codec reshapes rims and wings; the PSF is known less well, and that of a "
+           "lossless clip of the same camera is better\n";
   return out;
 }
 

@@ -164,9 +164,9 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
                              std::span<const PowerTrace> traces, TracksWriter& tracks,
                              BlobsWriter* blobs) {
   ClipMeasurement measurement;
-  // Lossy codecs reshape the rims and wings that the fit lives on.
-  Detector detector(DetectOptions{}, Response(*site.camera), site.camera->exposure_s,
-                    clip.info().lossless ? site.camera->psf : std::nullopt);
+  DetectOptions detect;
+  detect.lossy = !clip.info().lossless;
+  Detector detector(detect, Response(*site.camera), site.camera->exposure_s, site.camera->psf);
   Tracker tracker(TrackOptions{}, site);
   Measuring measuring(options, site, traces, tracks, measurement);
   Progress progress("measuring", clip.info().frames_declared, "frames");

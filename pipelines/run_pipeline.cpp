@@ -86,9 +86,10 @@ void describe_clip(const RunOptions& options, const Site& site, const ClipMeasur
   summary.timings_s.insert(measurement.timings_s.begin(), measurement.timings_s.end());
   append(summary.warnings, counts.warnings);
   if (site.camera->psf && !info.lossless)
-    summary.warnings.push_back(options.clip->string() + ": camera.psf is not used, " + info.codec +
-                               " reshapes the rims of lamps; record with a lossless codec (FFV1) "
-                               "to have the light of lamps that clip");
+    summary.warnings.push_back(
+        options.clip->string() + ": " + info.codec +
+        " reshapes the rims of lamps: the light of those that clip is known to a tenth or two, and "
+        "no speed is taken from how it changes; record with a lossless codec (FFV1) for that");
   summary.damaged |= counts.damaged();
 }
 

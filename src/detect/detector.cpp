@@ -58,6 +58,12 @@ void check(const Frame& frame) {
                                 " degrees, must be 0, 90, 180 or 270");
 }
 
+// What H.264 and its like do to lamps (docs/photometry.md): errors of a pixel, of black to white;
+// shoulders of clipped areas, rounded off from this share of clipping on; and of a lamp as a whole.
+constexpr float kCodingSigma = 0.018f;
+constexpr double kCodedClip = 0.5;
+constexpr CodingErrors kCoding{6.0, 0.05, 0.05};
+
 }  // namespace
 
 std::vector<std::string> DetectOptions::problems() const {
@@ -115,11 +121,13 @@ void Detector::State::prepare_fit_tables(const LumaView& luma) {
   }
   constexpr std::size_t kSteps = 256;
   rounding.resize(kSteps + 1);
+  const float coding_codes = kCodingSigma * static_cast<float>(luma.white_code - luma.black_code);
+  const float codes2 = options.lossy ? coding_codes * coding_codes : 1.0f / 12.0f;
   auto code = static_cast<std::size_t>(luma.black_code);
   for (std::size_t i = 0; i <= kSteps; ++i) {
     while (code + 2 < linear.size() && linear[code + 1] < static_cast<float>(i) / kSteps) ++code;
     const float step = linear[code + 1] - linear[code];
-    rounding[i] = step * step / 12.0f;
+    rounding[i] = step * step * codes2;
   }
 }
 
@@ -131,6 +139,13 @@ FrameLight Detector::State::frame_light(const LumaView& luma, const Levels& leve
   light.clip_code = clip_code;
   const auto clip = static_cast<std::size_t>(clip_code);
   light.clip_light = 0.5 * static_cast<double>(linear[clip - 1] + linear[clip]);
+  if (options.lossy) {
+    const auto above = std::upper_bound(linear.begin(), linear.begin() + clip_code,
+                                        static_cast<float>(kCodedClip * light.clip_light));
+    light.clip_code = static_cast<int>(above - linear.begin());
+    light.clip_light = 0.5 * static_cast<double>(*(above - 1) + *above);
+    light.coding = kCoding;
+  }
   light.noise.electrons = options.full_well_electrons;
   light.noise.rounding = rounding;
   const auto dark = static_cast<std::size_t>(

@@ -26,6 +26,7 @@ struct DetectOptions {
   double min_valley_fraction = 0.05;
   /// Electrons of a pixel at nominal white, for photon noise; > 0.
   double full_well_electrons = 20000.0;
+  bool lossy = false;  ///< the pictures were coded with loss, which lamp fits then account for
 
   /// Every violation, each with field, value and rule; empty when all hold.
   std::vector<std::string> problems() const;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "types/frame.h"
@@ -10,10 +11,18 @@ namespace vildar {
 struct PixelNoise {
   double dark_variance = 0.0;  ///< of a pixel without light, rounding left out
   double electrons = 20000.0;  ///< of a pixel at nominal white
-  /// Variance of rounding to whole codes at 0 .. 1, evenly spaced; at least one entry.
+  /// Variance of rounding to whole codes, or of coding with loss, at 0 .. 1, evenly spaced; at
+  /// least one entry.
   std::span<const float> rounding;
 
   double variance(double light) const;
+};
+
+/// What coding with loss does to lamps beside what it does to single pixels; the defaults: nothing.
+struct CodingErrors {
+  double correlated_px = 1.0;  ///< how many pixels err together
+  double flux_share = 0.0;     ///< standard deviation of the light of a lamp as a whole
+  double centre_px = 0.0;      ///< and of its place, an axis
 };
 
 /// A frame's pixels as light. Pixels from `clip_code` on say only that their light is at least
@@ -24,6 +33,7 @@ struct FrameLight {
   int clip_code = 255;
   double clip_light = 1.0;
   PixelNoise noise;
+  std::optional<CodingErrors> coding;  ///< of pictures that were coded with loss
 };
 
 }  // namespace vildar

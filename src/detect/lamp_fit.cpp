@@ -196,7 +196,7 @@ void LampFitter::judge(std::span<const LampGuess> guesses) {
                       static_cast<float>(inner_px),
                       static_cast<float>(1.0 / (attempt_.reach * reach_px_[i] - inner_px))});
   }
-  ResidualShape shape(guesses.size());
+  ResidualShape shape(guesses.size(), coding_.correlated_px);
   for (std::size_t k = 0; k < samples_.clear; ++k) {
     if (samples_.keep[k] == 0.0F) continue;
     const Eigen::Vector2f at_px(samples_.u_px[k], samples_.v_px[k]);
@@ -222,7 +222,7 @@ void LampFitter::judge(std::span<const LampGuess> guesses) {
   lamp_is_other_ =
       verdict.shaped && ((result_.attempt == kNothingRound && (verdict.round || !bend_helps)) ||
                          (result_.attempt == 0 && verdict.round && !verdict.quarters_differ));
-  result_.variance_factor = std::max(1.0, verdict.chi2_per_dof);
+  result_.variance_factor = std::max(1.0, verdict.chi2_per_dof * coding_.correlated_px);
   if (result_.bad_fit)
     result_.variance_factor = std::max(result_.variance_factor, verdict.shape_per_dof);
 }
@@ -233,7 +233,7 @@ LampFitter::Matrix LampFitter::covariance(const Matrix& inverse) {
   factor_ = accepted_.weight;
   for (std::size_t k = 0; k < samples_.clear; ++k)
     factor_[k] = accepted_.pull[k] * accepted_.pull[k];
-  const Matrix spread = squares(factor_);
+  const Matrix spread = coding_.correlated_px * squares(factor_);
   return (inverse * result_.variance_factor).cwiseMax(inverse * spread * inverse);
 }
 
@@ -278,6 +278,7 @@ const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGue
       throw std::invalid_argument("LampFitter: a known radius is not given");
   result_ = {};
   level_shape_.reset();
+  coding_ = light.coding.value_or(CodingErrors{});
   per_lamp_ = radius_known ? 3 : 4;
   images_.assign(guesses.size(), image_);
   smear(guesses);
@@ -311,9 +312,10 @@ const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGue
     const Eigen::Index at = base(i);
     LampFit lamp;
     lamp.flux = std::exp(parameters_[at]);
-    lamp.flux_sigma = lamp.flux * sigma(at);
+    lamp.flux_sigma = lamp.flux * std::hypot(sigma(at), coding_.flux_share);
     lamp.centre_px = parameters_.segment<2>(at + 1);
-    lamp.centre_sigma_px = Eigen::Vector2d(sigma(at + 1), sigma(at + 2));
+    for (Eigen::Index axis = 0; axis < 2; ++axis)
+      lamp.centre_sigma_px[axis] = std::hypot(sigma(at + 1 + axis), coding_.centre_px);
     lamp.radius_px = images_[i].radius_px();
     if (per_lamp_ == 4) lamp.radius_sigma_px = sigma(at + 3) / (2.0 * lamp.radius_px);
     result_.lamps.push_back(lamp);

@@ -134,6 +134,7 @@ class LampFitter {
   // as a polynomial of the place about the lamps' middle, in units of the first one's reach.
   Vector parameters_;
   Eigen::Index per_lamp_ = 4;
+  CodingErrors coding_;
   Attempt attempt_{};
   bool lamp_is_other_ = false;
   std::optional<double> level_shape_;  // what a level background leaves over, see ResidualShape

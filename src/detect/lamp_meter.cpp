@@ -160,7 +160,8 @@ bool LampMeter::fit_group(const FrameLight& light, std::size_t group,
     starts_[members_[i]].flux = lamp.flux;
     if (fit.bad_fit) continue;
     if (lamp.flux_sigma < kLeastKnown * lamp.flux)
-      seen.lamp = LampLight{lamp.flux, lamp.flux_sigma, lamp.radius_px, lamp.radius_sigma_px};
+      seen.lamp = LampLight{lamp.flux, lamp.flux_sigma, lamp.radius_px, lamp.radius_sigma_px,
+                            light.coding.has_value()};
     seen.centre_px = lamp.centre_px;
     seen.centre_sigma_px = lamp.centre_sigma_px;
   }

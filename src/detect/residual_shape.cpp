@@ -19,8 +19,11 @@ double normal_of_ratio(double ratio, double above, double below) {
 
 }  // namespace
 
-ResidualShape::ResidualShape(std::size_t lamps)
-    : lamps_(lamps), rings_(kRings * lamps), places_(kRings * kQuarters * lamps) {}
+ResidualShape::ResidualShape(std::size_t lamps, double correlated_px)
+    : lamps_(lamps),
+      correlated_px_(correlated_px),
+      rings_(kRings * lamps),
+      places_(kRings * kQuarters * lamps) {}
 
 void ResidualShape::add(std::size_t lamp, const Eigen::Vector2f& offset_px, float ring,
                         float residual_in, float noise_share_in) {
@@ -55,7 +58,7 @@ ResidualShape::Verdict ResidualShape::verdict(double per_lamp, double background
   const auto lamps = static_cast<double>(lamps_);
   const double fitted = per_lamp * lamps + background_terms;
   const double within_dof = std::max(used_ - places, 1.0);
-  const double scatter = std::max((square_ - between) / within_dof, 1e-12);
+  const double scatter = correlated_px_ * std::max((square_ - between) / within_dof, 1e-12);
   // Against what the scatter makes of as many pixels, and what they have in common.
   const auto shaped = [&](const std::vector<Sum>& sums, double least, double dof) {
     double expected = 0.0;

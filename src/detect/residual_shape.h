@@ -10,7 +10,8 @@ namespace vildar {
 /// shape: noise has none, whatever its size.
 class ResidualShape {
  public:
-  explicit ResidualShape(std::size_t lamps);
+  /// Pixels err together by patches of `correlated_px` on average.
+  explicit ResidualShape(std::size_t lamps, double correlated_px = 1.0);
 
   /// A pixel's residual over its sigma, `offset_px` from the lamp next to it, at `ring` of what is
   /// used about the lamp, 0 to 1. `noise_share` of its variance is its own, the rest is common to
@@ -36,6 +37,7 @@ class ResidualShape {
     double n = 0.0, sum = 0.0, noise = 0.0;
   };
   std::size_t lamps_;
+  double correlated_px_;
   std::vector<Sum> rings_, places_;
   double square_ = 0.0, used_ = 0.0;
 };

@@ -41,7 +41,8 @@ Frames usable_frames(const VehicleTrack& track) {
       if (!lamp) continue;
       flux += light_of(*lamp).flux;
       const bool bound = lamp->saturated_px > 0 || has(lamp->defects, Defect::saturated);
-      const bool measured = lamp->lamp && !has(lamp->defects, Defect::bad_fit);
+      const bool measured =
+          lamp->lamp && !lamp->lamp->coded && !has(lamp->defects, Defect::bad_fit);
       clipped = clipped || (bound && !measured) || has(lamp->defects, Defect::cut_by_edge);
     }
     frames.clipped += clipped;

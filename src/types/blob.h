@@ -40,6 +40,9 @@ struct LampLight {
   double flux_sigma = 0.0;
   double radius_px = 0.0;
   double radius_sigma_px = 0.0;
+  /// From a picture coded with loss: errs alike in many pictures and otherwise as the lamp grows,
+  /// so that its change over time is not known as well as the flux.
+  bool coded = false;
 };
 
 /// The lamp's light where it was fitted, else what is seen of it; of a Blob or a LampSighting.

@@ -64,5 +64,31 @@ TEST(ResidualShape, PixelsThatErrTogetherMayHaveAShape) {
   EXPECT_LT(common, own);
 }
 
+TEST(ResidualShape, PixelsThatErrByPatchesHaveNone) {
+  constexpr int kTrials = 100, kReach_px = 14;
+  int taken_alone = 0, by_patches = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    Random random(static_cast<std::uint64_t>(trial));
+    ResidualShape alone(1), patches(1, 4.0);
+    for (int v = -kReach_px; v < kReach_px; v += 2)
+      for (int u = -kReach_px; u < kReach_px; u += 2) {
+        const double error = random.normal(0.0, 1.0);
+        for (const Eigen::Vector2d& within : {Eigen::Vector2d(0, 0), Eigen::Vector2d(1, 0),
+                                              Eigen::Vector2d(0, 1), Eigen::Vector2d(1, 1)}) {
+          const Eigen::Vector2d at = Eigen::Vector2d(u, v) + within;
+          const double ring = at.norm() / kReach_px;
+          if (!(ring < 1.0)) continue;
+          for (ResidualShape* shape : {&alone, &patches})
+            shape->add(0, at.cast<float>(), static_cast<float>(ring), static_cast<float>(error),
+                       1.0F);
+        }
+      }
+    taken_alone += alone.verdict(4.0, 1.0).shaped;
+    by_patches += patches.verdict(4.0, 1.0).shaped;
+  }
+  EXPECT_GT(taken_alone, 0.9 * kTrials);
+  EXPECT_LT(by_patches, 0.2 * kTrials);
+}
+
 }  // namespace
 }  // namespace vildar

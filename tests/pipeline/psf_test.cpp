@@ -35,9 +35,9 @@ RunOutcome run_rendered(const fs::path& folder, ClipCodec codec) {
   return run_pipeline(options);
 }
 
-bool psf_is_told_unused(const RunOutcome& outcome) {
+bool lossy_light_is_told(const RunOutcome& outcome) {
   return std::ranges::any_of(outcome.summary.warnings, [](const std::string& warning) {
-    return warning.find("camera.psf is not used") != std::string::npos;
+    return warning.find("no speed is taken from how it changes") != std::string::npos;
   });
 }
 
@@ -50,7 +50,7 @@ MethodResult camera_slope(const RunOutcome& outcome) {
 TEST(CameraPsf, GivesTheLightOfLampsThatClipInALosslessClip) {
   const TemporaryFolder folder;
   const RunOutcome outcome = run_rendered(folder.path(), ClipCodec::ffv1);
-  EXPECT_FALSE(psf_is_told_unused(outcome));
+  EXPECT_FALSE(lossy_light_is_told(outcome));
   ASSERT_EQ(outcome.vehicles.size(), 1U);
   const MethodResult slope = camera_slope(outcome);
   const auto* speed = std::get_if<SpeedEstimate>(&slope.speed);
@@ -58,9 +58,12 @@ TEST(CameraPsf, GivesTheLightOfLampsThatClipInALosslessClip) {
   EXPECT_NEAR(speed->speed_mps, 15.0, 1.0);
 }
 
-TEST(CameraPsf, IsToldUnusedOnALossyClip) {
+TEST(CameraPsf, GivesNoSpeedFromClippedLightOfALossyClipAndSaysSo) {
   const TemporaryFolder folder;
-  EXPECT_TRUE(psf_is_told_unused(run_rendered(folder.path(), ClipCodec::mjpeg)));
+  const RunOutcome outcome = run_rendered(folder.path(), ClipCodec::mjpeg);
+  EXPECT_TRUE(lossy_light_is_told(outcome));
+  ASSERT_EQ(outcome.vehicles.size(), 1U);
+  EXPECT_EQ(std::get<Miss>(camera_slope(outcome).speed), Miss::saturated);
 }
 
 }  // namespace
