@@ -12,7 +12,7 @@ void add_calibrate(CLI::App& program, int& exit_code) {
   command->require_subcommand(1);
   add_calibrate_mount(*command, exit_code);
   add_calibrate_psf(*command, exit_code);
-  add_calibrate_sync(*command, exit_code);
+  add_calibrate_photodiode(*command, exit_code);
 }
 
 }  // namespace vildar

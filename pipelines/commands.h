@@ -17,6 +17,6 @@ void add_calibrate(CLI::App& program, int& exit_code);
 /// Subcommands of `calibrate`.
 void add_calibrate_mount(CLI::App& calibrate, int& exit_code);
 void add_calibrate_psf(CLI::App& calibrate, int& exit_code);
-void add_calibrate_sync(CLI::App& calibrate, int& exit_code);
+void add_calibrate_photodiode(CLI::App& calibrate, int& exit_code);
 
 }  // namespace vildar

@@ -191,45 +191,24 @@ double correlation_factor(const Lit& lit, const Eigen::VectorXd& errors, double 
   return std::sqrt((1.0 + kept) / (1.0 - kept));
 }
 
-// What the solution tells of things that the site's passes share.
-void tell_shared(const JointProblem& joint, const Unknowns& unknowns, const Solved& solved,
-                 JointFit& fit) {
-  const auto place_of = [](const std::vector<int>& free, int parameter) {
-    return static_cast<int>(std::ranges::find(free, parameter) - free.begin());
-  };
-  std::vector<int> places;
-  const std::vector<int> path = free_parameters(joint.geometry), light = free_light(joint.light);
-  int begin = static_cast<int>(path.size());
-  if (joint.light.time_shift_std_s > 0.0) {
-    places.push_back(begin + place_of(light, kTimeShift));
-    fit.shared.push_back({SharedLight::Kind::time_offset_s, 0, unknowns.light[kTimeShift],
-                          joint.light.time_shift_std_s});
-  }
-  for (int i = kBeamWidth; i < kLightParameters; ++i) {
-    places.push_back(begin + place_of(light, i));
-    fit.shared.push_back(
-        {SharedLight::Kind::beam, i - kBeamWidth, unknowns.light[i], beam_prior_std(i)});
-  }
-  begin += static_cast<int>(light.size());
+std::vector<PassGainRatio> gain_ratios(const JointProblem& joint, const Unknowns& unknowns,
+                                       const Solved& solved) {
+  std::vector<PassGainRatio> ratios;
+  // Without the site's first photodiode the pass has them to another.
+  if (joint.receivers.front().photodiode != 0) return ratios;
+  std::size_t begin = free_parameters(joint.geometry).size() + free_light(joint.light).size();
   for (std::size_t r = 0; r < joint.receivers.size(); ++r) {
     const std::vector<int> own = free_own(joint, r);
     const Lit& lit = joint.receivers[r];
-    // Ratios are to the site's first photodiode; without it, this pass has them to another.
-    if (const int at = place_of(own, kLogRatio);
-        joint.receivers.front().photodiode == 0 && at < static_cast<int>(own.size())) {
-      places.push_back(begin + at);
-      fit.shared.push_back({SharedLight::Kind::log_gain_ratio, lit.photodiode,
-                            unknowns.own[r][kLogRatio] - lit.receiver.log_ratio,
-                            lit.receiver.log_ratio_std});
+    if (const auto found = std::ranges::find(own, kLogRatio); found != own.end()) {
+      const auto at =
+          static_cast<Eigen::Index>(begin) + static_cast<Eigen::Index>(found - own.begin());
+      ratios.push_back({lit.photodiode, unknowns.own[r][kLogRatio] - lit.receiver.log_ratio,
+                        std::sqrt(solved.covariance(at, at)), lit.receiver.log_ratio_std});
     }
-    begin += static_cast<int>(own.size());
+    begin += own.size();
   }
-  fit.shared_covariance = solved.covariance(places, places);
-  const int scale = place_of(path, kLogScale);
-  if (scale < static_cast<int>(path.size()))
-    for (std::size_t i = 0; i < places.size(); ++i)
-      fit.shared[i].by_scale =
-          solved.covariance(places[i], scale) / solved.covariance(scale, scale);
+  return ratios;
 }
 
 // Why this solution is not to be used, if so.
@@ -276,7 +255,7 @@ Outcome<JointFit> fit_joint(const Trajectory& camera_only, const Site& site,
   }
 
   JointFit fit;
-  tell_shared(joint, unknowns, solved, fit);
+  fit.gain_ratios = gain_ratios(joint, unknowns, solved);
   fit.samples = joint.samples;
   fit.power_chi2_per_block = chi2_per_block(joint, solved.errors, kUnmodelled.back());
   fit.trajectory = camera_only;

@@ -9,22 +9,19 @@
 
 namespace vildar {
 
-/// What the passes of a site share (its clock, its gains) or have alike (their beams), as one of
-/// them tells it.
-struct SharedLight {
-  enum class Kind { time_offset_s, beam, log_gain_ratio } kind = Kind::time_offset_s;
-  int index = 0;           ///< of the beam's coefficient, or the photodiode in the site
-  double off = 0.0;        ///< from the prior's mean
-  double prior_std = 0.0;  ///< that it was given
-  double by_scale = 0.0;   ///< how it follows the ln of all lengths of the pass
+/// The gain of a photodiode relative to the site's first, as one pass tells it.
+struct PassGainRatio {
+  int photodiode = 0;      ///< index in the site
+  double log_off = 0.0;    ///< ln of the ratio over the site's mean
+  double std = 0.0;        ///< of log_off, posterior
+  double prior_std = 0.0;  ///< that the site gave
 };
 
 struct JointFit {
   Trajectory trajectory;  ///< the camera's, moved and sharpened by the photodiodes
   double power_chi2_per_block = 0.0;
-  std::int64_t samples = 0;  ///< photodiode samples behind the blocks used
-  std::vector<SharedLight> shared;
-  Eigen::MatrixXd shared_covariance;  ///< posterior, of what `shared` lists
+  std::int64_t samples = 0;                ///< photodiode samples behind the blocks used
+  std::vector<PassGainRatio> gain_ratios;  ///< those that the site gives a std; from the first
 };
 
 /// Bearings and photodiode power together. The lamp's beam multiplies the channel law by a smooth

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "calib/sync/learn.h"
+#include "calib/photodiode/learn.h"
 #include "estimate/simulated_beam.h"
 
 namespace vildar::simulated {

@@ -7,7 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "calib/sync/learn.h"
+#include "calib/photodiode/learn.h"
 #include "config/site_file.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct SyncArguments {
+struct PhotodiodeArguments {
   std::vector<fs::path> runs;
   fs::path site, out;
   bool json = false;
@@ -98,57 +98,54 @@ std::string list_of(const std::map<std::string, int>& counts) {
   return out;
 }
 
-PhotodiodeLearning learn(std::span<const LitPass> passes, const Site& site,
-                         const fs::path& site_file) {
-  auto outcome = learn_photodiodes(passes, site);
-  if (auto* learning = std::get_if<PhotodiodeLearning>(&outcome)) return std::move(*learning);
+GainLearning learn(std::span<const LitPass> passes, const Site& site, const fs::path& site_file) {
+  auto outcome = learn_gains(passes, site);
+  if (auto* learning = std::get_if<GainLearning>(&outcome)) return std::move(*learning);
   if (std::get<Miss>(outcome) == Miss::unobservable)
     throw ConfigError({{site_file.string(), 0, "photodiodes",
-                        "nothing in it has a std, so there is nothing to learn",
-                        "write what is not known well as {mean, std}: `time_offset_s`, and "
-                        "`gain_ratio` of the second photodiode"}});
+                        "no gain_ratio after the first has a std, so there is nothing to learn",
+                        "write one that is not known well as {mean, std}"}});
   throw InputError(std::to_string(passes.size()) +
                    " passes that the camera followed, and fewer than five of them with power that "
                    "fits; record for longer, or give more runs");
 }
 
-std::string text_of(const LearnedPhotodiode& quantity, const Uncertain& value) {
-  return fixed_text(value.mean, 4) + " +- " + fixed_text(value.std, 4) +
-         (quantity.unit.empty() ? "" : " " + quantity.unit);
+std::string text_of(const Uncertain& value) {
+  return fixed_text(value.mean, 4) + " +- " + fixed_text(value.std, 4);
 }
 
-std::string text_report(const PhotodiodeLearning& learning) {
+std::string text_report(const GainLearning& learning) {
   std::string out = std::to_string(learning.passes) + " passes" + list_of(learning.left_out) + "\n";
-  for (const LearnedPhotodiode& quantity : learning.quantities)
-    out += quantity.key + ": " + text_of(quantity, quantity.before) + " -> " +
-           text_of(quantity, quantity.after) + "  (" + std::to_string(quantity.passes) +
-           " passes; sigma " + fixed_text(quantity.before.std / quantity.after.std, 2) +
-           " times smaller)\n";
+  for (const LearnedGain& gain : learning.gains)
+    out += gain.key + ": " + text_of(gain.before) + " -> " + text_of(gain.after) + "  (" +
+           std::to_string(gain.passes) + " passes; mean +- " + fixed_text(gain.mean_std, 4) +
+           ", passes differ by " + fixed_text(gain.spread, 4) + "; sigma " +
+           fixed_text(gain.before.std / gain.after.std, 2) + " times smaller)\n";
   out += "speed of a vehicle from camera and photodiodes: sigma " +
          percent_text(learning.speed_std_before) + " -> " + percent_text(learning.speed_std_after) +
          " (median)\n";
-  if (!learning.settled) out += "not settled: calibrate again from the improved site file\n";
   return out;
 }
 
-std::string json_report(const PhotodiodeLearning& learning) {
+std::string json_report(const GainLearning& learning) {
   nlohmann::ordered_json report;
   report["passes"] = learning.passes;
   report["left_out"] = learning.left_out;
   const auto uncertain = [](const Uncertain& value) {
     return nlohmann::ordered_json{{"mean", value.mean}, {"std", value.std}};
   };
-  for (const LearnedPhotodiode& quantity : learning.quantities)
-    report["quantities"][quantity.key] = {{"before", uncertain(quantity.before)},
-                                          {"after", uncertain(quantity.after)},
-                                          {"passes", quantity.passes}};
+  for (const LearnedGain& gain : learning.gains)
+    report["quantities"][gain.key] = {{"before", uncertain(gain.before)},
+                                      {"after", uncertain(gain.after)},
+                                      {"mean_std", gain.mean_std},
+                                      {"spread", gain.spread},
+                                      {"passes", gain.passes}};
   report["speed_relative_std"] = {{"before", learning.speed_std_before},
                                   {"after", learning.speed_std_after}};
-  report["settled"] = learning.settled;
   return report.dump(2) + "\n";
 }
 
-void calibrate_sync(const SyncArguments& arguments) {
+void calibrate_photodiode(const PhotodiodeArguments& arguments) {
   const Site site = load_fixed_site(arguments.site);
   if (site.photodiodes.empty())
     throw ConfigError({{arguments.site.string(), 0, "", "the site has no photodiode",
@@ -158,24 +155,24 @@ void calibrate_sync(const SyncArguments& arguments) {
   std::vector<LitPass> passes;
   for (const fs::path& run : arguments.runs)
     read_run(run, arguments.site, site, runs.emplace_back(), passes);
-  const PhotodiodeLearning learning = learn(passes, site, arguments.site);
+  const GainLearning learning = learn(passes, site, arguments.site);
   write_file_atomically(arguments.out, effective_site_yaml(learning.site));
   std::cout << (arguments.json ? json_report(learning) : text_report(learning)) << std::flush;
 }
 
 }  // namespace
 
-void add_calibrate_sync(CLI::App& calibrate, int& exit_code) {
-  auto arguments = std::make_shared<SyncArguments>();
+void add_calibrate_photodiode(CLI::App& calibrate, int& exit_code) {
+  auto arguments = std::make_shared<PhotodiodeArguments>();
   CLI::App* command = calibrate.add_subcommand(
-      "sync", "Clock and gains of photodiodes beside a camera, learned from the passes of runs");
+      "photodiode", "Gains of photodiodes beside a camera, learned from the passes of runs");
   command->footer(
       "Example:\n"
       "  vildar run night.mp4 --photodiode night.csv --site site.yaml --out night\n"
-      "  vildar calibrate sync night --site site.yaml --out site_synced.yaml\n\n"
-      "What the site file gives as {mean, std} is learned: the photodiodes' time offset to the\n"
-      "camera, and the gain of each relative to the first. A plain number is known and stays. The\n"
-      "runs' photodiode traces are read again. See docs/calibration.md.\n"
+      "  vildar calibrate photodiode night --site site.yaml --out site_gains.yaml\n\n"
+      "What the site file gives as `gain_ratio: {mean, std}` is learned: the gain of a photodiode\n"
+      "relative to the first. A plain number is known and stays. The runs' photodiode traces are\n"
+      "read again. See docs/calibration.md.\n"
       "Exit codes: 0 done; 2 usage or site file; 3 a run cannot be read, or too few passes; 5 the\n"
       "output cannot be written; 1 internal error.");
   command->add_option("RUN_DIR", arguments->runs, "Folders that runs of this site wrote")
@@ -184,7 +181,7 @@ void add_calibrate_sync(CLI::App& calibrate, int& exit_code) {
   command->add_option("--out", arguments->out, "Site file to write")->required();
   command->add_flag("--json", arguments->json, "Print JSON in place of the text");
   command->callback([arguments, &exit_code] {
-    calibrate_sync(*arguments);
+    calibrate_photodiode(*arguments);
     exit_code = 0;
   });
 }
