@@ -26,6 +26,16 @@ bool shines_above(const Blob& lamp, const Blob& streak) {
   return gap_px > -0.5 * width_px(streak.box) && gap_px < kReach * height_px(streak.box);
 }
 
+// Light right below a lamp, in its columns and all but touching: its image on a wet road, cut off
+// where the two are dimmest together, leaves a part with the lamp.
+bool hangs_below(const Blob& light, const Blob& lamp) {
+  constexpr double kTouch_px = 2.0;
+  if (&light == &lamp) return false;
+  const double gap_px = light.box.v_min - lamp.box.v_max - 1.0;
+  return gap_px >= -1.0 && gap_px <= kTouch_px && light.box.u_min <= lamp.centre_px.x() &&
+         lamp.centre_px.x() <= light.box.u_max;
+}
+
 Spot spot_of(const Blob& blob, const Eigen::Vector2d& centre_px, const Eigen::Vector2d& at_px) {
   constexpr double kFloor_px = 0.3, kShareOfSize = 0.06;
   Spot spot;
@@ -54,11 +64,11 @@ std::vector<Spot> spots_of(const BlobFrame& frame, const RoadView& view) {
     if (!at_px) continue;
     Spot& spot = spots.emplace_back(spot_of(blob, centre_px, *at_px));
     spot.streak = streak;
-    if (drawn_out && !streak) {
-      spot.with_streak = true;
+    spot.with_streak = drawn_out && !streak;
+    const auto holds = [&](const Blob& light) { return hangs_below(light, blob); };
+    if (spot.with_streak || std::any_of(frame.blobs.begin(), frame.blobs.end(), holds))
       spot.centre_sigma_px.y() =
           std::hypot(spot.centre_sigma_px.y(), kTopShare * width_px(blob.box));
-    }
   }
   return spots;
 }

@@ -10,8 +10,9 @@ namespace vildar {
 
 /// The blobs of a frame as marks to follow. A wet road draws the image of a lamp out toward the
 /// viewer: a blob much taller than wide is such a streak where a lamp shines above it, and a lamp
-/// run together with its streak where none does, in which case the lamp is at its top. Blobs that
-/// the lens model cannot place are left out.
+/// run together with its streak where none does, in which case the lamp is at its top. Such a
+/// lamp, and one with light right below it, is known the less in height. Blobs that the lens model
+/// cannot place are left out.
 std::vector<Spot> spots_of(const BlobFrame& frame, const RoadView& view);
 
 }  // namespace vildar
