@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
@@ -28,6 +29,17 @@ VehicleTrack part_of(const VehicleTrack& track, const Part& part) {
   return cut;
 }
 
+// Lone lights before a pair may be another vehicle's, or glints: what both lamps were seen in
+// counts.
+bool holds_most_pairs(const VehicleTrack& part, const VehicleTrack& track) {
+  const auto pairs = [](const VehicleTrack& of) {
+    return std::ranges::count_if(of.sightings, [](const VehicleSighting& sighting) {
+      return sighting.left && sighting.right;
+    });
+  };
+  return 2 * pairs(part) >= pairs(track);
+}
+
 double relative_sigma(const Trajectory& trajectory) {
   const MotionState state =
       trajectory.at(best_time_s(trajectory, trajectory.from_s, trajectory.to_s));
@@ -45,7 +57,9 @@ std::optional<BearingFit> steady_part(const VehicleTrack& track, const Camera& c
   double best_length = 0.0;
   for (const Part& part : kLongestFirst) {
     if (best && part.length() < best_length - 0.01) break;
-    auto outcome = fit_bearings(part_of(track, part), camera, site);
+    const VehicleTrack cut = part_of(track, part);
+    if (!holds_most_pairs(cut, track)) continue;
+    auto outcome = fit_bearings(cut, camera, site);
     BearingFit* fit = std::get_if<BearingFit>(&outcome);
     if (!fit || !fit->steady() || fit->trajectory.frames < kFewestFrames) continue;
     if (best && relative_sigma(fit->trajectory) > relative_sigma(best->trajectory)) continue;

@@ -56,6 +56,25 @@ TEST(TrajectoryFit, ALampThatIsAnothersForAWhileIsLeftOut) {
               0.2);
 }
 
+TEST(TrajectoryFit, ALoneLightBeforeThePairIsNotMeasuredInItsPlace) {
+  // Another vehicle's lamp, ahead by as much time as it takes to drive 30 m, twice as fast.
+  constexpr double kPair_s = 1.7;
+  constexpr simulated::Vehicle kOther{40.0, 0.0, 90.0, -4.0, 0.65, 1.2};
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
+    Random random(seed);
+    const Site site = surveyed();
+    VehicleTrack track = simulated::track_of(kCruising, site, kView, random);
+    const VehicleTrack other = simulated::track_of(kOther, site, kView, random);
+    for (std::size_t i = 0; i < track.sightings.size(); ++i)
+      if (seconds_of(track.sightings[i].time) < kPair_s) {
+        track.sightings[i].left = other.sightings[i].left;
+        track.sightings[i].right.reset();
+      }
+    const VehicleResult result = estimate_vehicle(track, site, {}).result;
+    if (!result.withheld) expect_right(result, kCruising);
+  }
+}
+
 TEST(TrajectoryFit, ABrakingThatBeginsInViewIsFollowed) {
   constexpr double kOnset_s = 0.16;  // between two steps of the fitted acceleration
   const Site site = surveyed();
