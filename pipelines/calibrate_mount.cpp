@@ -1,6 +1,5 @@
 #include <filesystem>
 #include <iostream>
-#include <memory>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -17,12 +16,6 @@
 
 namespace vildar {
 namespace {
-
-struct MountArguments {
-  std::vector<std::filesystem::path> runs;
-  std::filesystem::path site, out;
-  bool json = false;
-};
 
 SiteLearning learn(const std::vector<VehicleTrack>& passes, const Site& site) {
   auto outcome = learn_site(passes, site);
@@ -94,7 +87,7 @@ std::string json_report(const SiteLearning& learning) {
   return report.dump(2) + "\n";
 }
 
-void calibrate_mount(const MountArguments& arguments) {
+void calibrate_mount(const RunsArguments& arguments) {
   const Site site = load_fixed_site(arguments.site);
   refuse_repeated(arguments.runs);
   std::vector<VehicleTrack> passes;
@@ -109,7 +102,6 @@ void calibrate_mount(const MountArguments& arguments) {
 }  // namespace
 
 void add_calibrate_mount(CLI::App& calibrate, int& exit_code) {
-  auto arguments = std::make_shared<MountArguments>();
   CLI::App* command = calibrate.add_subcommand(
       "mount", "Camera angles, lamps and lanes of a site, learned from the passes of its runs");
   command->footer(
@@ -126,15 +118,7 @@ void add_calibrate_mount(CLI::App& calibrate, int& exit_code) {
       "after, and what no pass can tell. See docs/calibration.md.\n"
       "Exit codes: 0 done; 2 usage or site file; 3 a run cannot be read, or too few passes; 5 the\n"
       "output cannot be written; 1 internal error.");
-  command->add_option("RUN_DIR", arguments->runs, "Folders that runs of this site wrote")
-      ->required();
-  command->add_option("--site", arguments->site, "Site file")->required();
-  command->add_option("--out", arguments->out, "Site file to write")->required();
-  command->add_flag("--json", arguments->json, "Print JSON in place of the text");
-  command->callback([arguments, &exit_code] {
-    calibrate_mount(*arguments);
-    exit_code = 0;
-  });
+  add_runs_arguments(*command, calibrate_mount, exit_code);
 }
 
 }  // namespace vildar

@@ -2,7 +2,6 @@
 #include <fstream>
 #include <iostream>
 #include <list>
-#include <memory>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -22,12 +21,6 @@ namespace vildar {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct PhotodiodeArguments {
-  std::vector<fs::path> runs;
-  fs::path site, out;
-  bool json = false;
-};
 
 std::string text_at(const nlohmann::json& json, const char* key) {
   if (!json.is_object()) return {};
@@ -100,14 +93,17 @@ std::string list_of(const std::map<std::string, int>& counts) {
 
 GainLearning learn(std::span<const LitPass> passes, const Site& site, const fs::path& site_file) {
   auto outcome = learn_gains(passes, site);
-  if (auto* learning = std::get_if<GainLearning>(&outcome)) return std::move(*learning);
-  if (std::get<Miss>(outcome) == Miss::unobservable)
+  auto* learning = std::get_if<GainLearning>(&outcome);
+  if (learning == nullptr)
     throw ConfigError({{site_file.string(), 0, "photodiodes",
                         "no gain_ratio after the first has a std, so there is nothing to learn",
                         "write one that is not known well as {mean, std}"}});
-  throw InputError(std::to_string(passes.size()) +
-                   " passes that the camera followed, and fewer than five of them with power that "
-                   "fits; record for longer, or give more runs");
+  if (learning->passes < kFewestGainPasses)
+    throw InputError(std::to_string(passes.size()) + " passes that the camera followed, " +
+                     std::to_string(learning->passes) + " of them with power that fits" +
+                     list_of(learning->left_out) +
+                     "; at least five are needed: record for longer, or give more runs");
+  return std::move(*learning);
 }
 
 std::string text_of(const Uncertain& value) {
@@ -145,7 +141,7 @@ std::string json_report(const GainLearning& learning) {
   return report.dump(2) + "\n";
 }
 
-void calibrate_photodiode(const PhotodiodeArguments& arguments) {
+void calibrate_photodiode(const RunsArguments& arguments) {
   const Site site = load_fixed_site(arguments.site);
   if (site.photodiodes.empty())
     throw ConfigError({{arguments.site.string(), 0, "", "the site has no photodiode",
@@ -163,7 +159,6 @@ void calibrate_photodiode(const PhotodiodeArguments& arguments) {
 }  // namespace
 
 void add_calibrate_photodiode(CLI::App& calibrate, int& exit_code) {
-  auto arguments = std::make_shared<PhotodiodeArguments>();
   CLI::App* command = calibrate.add_subcommand(
       "photodiode", "Gains of photodiodes beside a camera, learned from the passes of runs");
   command->footer(
@@ -175,15 +170,7 @@ void add_calibrate_photodiode(CLI::App& calibrate, int& exit_code) {
       "read again. See docs/calibration.md.\n"
       "Exit codes: 0 done; 2 usage or site file; 3 a run cannot be read, or too few passes; 5 the\n"
       "output cannot be written; 1 internal error.");
-  command->add_option("RUN_DIR", arguments->runs, "Folders that runs of this site wrote")
-      ->required();
-  command->add_option("--site", arguments->site, "Site file")->required();
-  command->add_option("--out", arguments->out, "Site file to write")->required();
-  command->add_flag("--json", arguments->json, "Print JSON in place of the text");
-  command->callback([arguments, &exit_code] {
-    calibrate_photodiode(*arguments);
-    exit_code = 0;
-  });
+  add_runs_arguments(*command, calibrate_photodiode, exit_code);
 }
 
 }  // namespace vildar

@@ -1,6 +1,10 @@
 #include "pipelines/calibration_inputs.h"
 
+#include <memory>
 #include <set>
+#include <utility>
+
+#include <CLI/CLI.hpp>
 
 #include "config/site_file.h"
 #include "core/error.h"
@@ -9,6 +13,20 @@
 namespace vildar {
 
 namespace fs = std::filesystem;
+
+void add_runs_arguments(CLI::App& command, std::function<void(const RunsArguments&)> calibrate,
+                        int& exit_code) {
+  auto arguments = std::make_shared<RunsArguments>();
+  command.add_option("RUN_DIR", arguments->runs, "Folders that runs of this site wrote")
+      ->required();
+  command.add_option("--site", arguments->site, "Site file")->required();
+  command.add_option("--out", arguments->out, "Site file to write")->required();
+  command.add_flag("--json", arguments->json, "Print JSON in place of the text");
+  command.callback([arguments, calibrate = std::move(calibrate), &exit_code] {
+    calibrate(*arguments);
+    exit_code = 0;
+  });
+}
 
 Site load_fixed_site(const fs::path& file) {
   Site site = load_site(file);

@@ -1,12 +1,28 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "types/site.h"
 
+namespace CLI {
+class App;
+}
+
 namespace vildar {
+
+/// What a calibration from recorded runs is given.
+struct RunsArguments {
+  std::vector<std::filesystem::path> runs;
+  std::filesystem::path site, out;
+  bool json = false;
+};
+/// Adds these to a subcommand, whose callback is `calibrate` and then exit code 0.
+void add_runs_arguments(CLI::App& command, std::function<void(const RunsArguments&)> calibrate,
+                        int& exit_code);
 
 /// The site of a camera that stands still; throws ConfigError where it has none, or one that
 /// drives.

@@ -9,7 +9,6 @@
 namespace vildar {
 namespace {
 
-constexpr int kFewest = 5;
 // Photodiodes that look at a lamp under other angles differ by so much from pass to pass; the
 // weight of that guess is one pass.
 constexpr double kLikelySpread = 0.005;
@@ -76,7 +75,7 @@ Found learn_ratio(std::vector<LinearPass> passes, double prior_std) {
     found.population = populations.front();
     found.passes = static_cast<int>(passes.size());
     const auto odd = stranger(passes, found.learned, populations);
-    if (!odd || found.passes <= kFewest) return found;
+    if (!odd || found.passes <= kFewestGainPasses) return found;
     passes.erase(passes.begin() + static_cast<std::ptrdiff_t>(*odd));
   }
 }
@@ -87,7 +86,7 @@ LearnedGain settle(std::size_t photodiode, const Found& found, Site& site) {
   gain.key = "photodiodes[" + std::to_string(photodiode) + "].gain_ratio";
   gain.before = gain.after = ratio;
   gain.passes = found.passes;
-  if (found.passes < kFewest) return gain;
+  if (found.passes < kFewestGainPasses) return gain;
   const double mean = ratio.mean * std::exp(found.learned.means[0]);
   gain.mean_std = mean * std::sqrt(found.learned.covariance(0, 0));
   gain.spread = mean * found.population.spread;
@@ -126,7 +125,6 @@ Outcome<GainLearning> learn_gains(std::span<const LitPass> passes, const Site& s
     learning.gains.push_back(settle(photodiode, found, learning.site));
   }
   if (!any) return Miss::unobservable;
-  if (learning.passes < kFewest) return Miss::too_few_samples;
   learning.speed_std_before = fitted.median_speed_std();
   learning.speed_std_after = fit_all(passes, learning.site).median_speed_std();
   return learning;

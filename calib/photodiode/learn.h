@@ -27,10 +27,13 @@ struct LearnedGain {
   int passes = 0;         ///< that tell of it
 };
 
+/// Fewer passes tell nothing of a site.
+inline constexpr int kFewestGainPasses = 5;
+
 struct GainLearning {
   Site site;  ///< improved
   std::vector<LearnedGain> gains;
-  int passes = 0;                       ///< that took part
+  int passes = 0;  ///< that took part; with fewer than kFewestGainPasses nothing is learned
   std::map<std::string, int> left_out;  ///< passes left out, by reason
   /// Median relative sigma of the speeds from camera and photodiodes, before and after.
   double speed_std_before = 0.0, speed_std_after = 0.0;
@@ -42,8 +45,7 @@ struct GainLearning {
 /// (std 0) stays, as does one that fewer than five passes tell of; a pass unlike the others is left
 /// out. The new sigma is that of the mean and the spread together.
 ///
-/// Misses: unobservable (no ratio has a std), too_few_samples (fewer than five passes whose power
-/// fits).
+/// Misses: unobservable (no ratio has a std).
 Outcome<GainLearning> learn_gains(std::span<const LitPass> passes, const Site& site);
 
 }  // namespace vildar
