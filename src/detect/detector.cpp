@@ -64,6 +64,10 @@ constexpr float kCodingSigma = 0.018f;
 constexpr double kCodedClip = 0.5;
 constexpr CodingErrors kCoding{6.0, 0.05, 0.05};
 
+float coding_codes(const LumaView& luma) {
+  return kCodingSigma * static_cast<float>(luma.white_code - luma.black_code);
+}
+
 }  // namespace
 
 std::vector<std::string> DetectOptions::problems() const {
@@ -100,7 +104,7 @@ struct Detector::State {
 
   // Per code; rebuilt only when the plane's depth or range changes.
   LumaView tables_for;
-  std::vector<float> linear, slope, sigma;
+  std::vector<float> linear, slope, sigma, coding_sigma;
   std::vector<float> signed_linear, rounding;
   std::vector<int> half_code;
   double half_code_background = -1.0, sigma_noise_codes = -1.0;
@@ -121,8 +125,7 @@ void Detector::State::prepare_fit_tables(const LumaView& luma) {
   }
   constexpr std::size_t kSteps = 256;
   rounding.resize(kSteps + 1);
-  const float coding_codes = kCodingSigma * static_cast<float>(luma.white_code - luma.black_code);
-  const float codes2 = options.lossy ? coding_codes * coding_codes : 1.0f / 12.0f;
+  const float codes2 = options.lossy ? coding_codes(luma) * coding_codes(luma) : 1.0f / 12.0f;
   auto code = static_cast<std::size_t>(luma.black_code);
   for (std::size_t i = 0; i <= kSteps; ++i) {
     while (code + 2 < linear.size() && linear[code + 1] < static_cast<float>(i) / kSteps) ++code;
@@ -167,6 +170,9 @@ void Detector::State::prepare_tables(const LumaView& luma, const Levels& levels)
     const std::size_t last = linear.size() - 1;
     for (std::size_t code = 0; code <= last; ++code)
       slope[code] = 0.5f * (linear[std::min(code + 1, last)] - linear[code > 0 ? code - 1 : 0]);
+    coding_sigma.assign(linear.size(), 0.0f);
+    for (std::size_t code = 0; code <= last && options.lossy; ++code)
+      coding_sigma[code] = slope[code] * coding_codes(luma);
     half_code_background = sigma_noise_codes = -1.0;
     prepare_fit_tables(luma);
   }
@@ -269,7 +275,8 @@ std::optional<FrameLight> Detector::State::look(const Frame& frame) {
                levels.threshold_code, rules);
   }
 
-  const LightScale scale{linear, sigma, rules.clip_code};
+  const LightScale scale{linear, sigma, coding_sigma, rules.clip_code,
+                         options.lossy ? kCoding : CodingErrors{}};
   lights = &photometer.measure(luma, finder, scale);
   return frame_light(luma, levels, rules.clip_code);
 }

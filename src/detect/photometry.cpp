@@ -21,6 +21,14 @@ constexpr double kFloorSharp_px = 0.02;
 constexpr double kFloorSmooth_px = 0.003;
 constexpr double kFloorClipped_px = 0.05;
 constexpr double kAsymmetryShare = 0.3;
+/// Of the pixels that coding makes err together; what both sides of a light share moves no centre.
+constexpr double kAlikeInCentroid = 0.5;
+
+/// What a pixel brings into the variance of a sum, linear squared.
+double variance_in_sum(const LightScale& scale, int code, double alike = 1.0) {
+  const double noise = scale.sigma[code], coding = scale.coding_sigma[code];
+  return noise * noise + alike * scale.coding.correlated_px * coding * coding;
+}
 
 /// Error of a clipped light's centre that its outline leaves, px. Each of the 2 pi R pixels on the
 /// rim of a disc is in or out by rounding, area variance 1/12 each: the centroid's variance is 1 /
@@ -125,7 +133,7 @@ void Photometer::find_background(const LumaView& luma, const LightScale& scale, 
     ++n;
   }
   light.background = sum / n;
-  light.background_sigma = scale.sigma[code] / std::sqrt(static_cast<double>(n));
+  light.background_sigma = std::sqrt(variance_in_sum(scale, code) / n);
 }
 
 void Photometer::find_neighbours(std::size_t index) {
@@ -246,9 +254,9 @@ void Photometer::refine_centre(const LumaView& luma, const LightScale& scale, co
       const auto& [weight, offset] = window_u_[u - row.window_from];
       const int code = std::min(luma.code(u, row.v), scale.clip_code);
       if (scale.linear[code] - floor <= least) continue;
-      const double noise = weight * scale.sigma[code];
-      in_row += noise * noise;
-      by_u += noise * noise * offset * offset;
+      const double noise2 = weight * weight * variance_in_sum(scale, code, kAlikeInCentroid);
+      in_row += noise2;
+      by_u += noise2 * offset * offset;
     }
     variance +=
         row.weight * row.weight * Eigen::Vector2d(by_u, in_row * row.offset_px * row.offset_px);
@@ -261,6 +269,7 @@ void Photometer::refine_centre(const LumaView& luma, const LightScale& scale, co
     if (peak.clipped_px > 0)
       floor_px = std::hypot(kFloorClipped_px, shape_sigma_px,
                             kAsymmetryShare * (light.centre_px[axis] - start_px[axis]));
+    floor_px = std::max(floor_px, scale.coding.centre_px);
     light.centre_sigma_px[axis] = std::hypot(std::sqrt(variance[axis]), floor_px);
   }
 }
@@ -275,7 +284,7 @@ void Photometer::sum_pixels(const LumaView& luma, std::span<const PixelAt> pixel
   for (const PixelAt& at : pixels) {
     const int code = luma.code(at.u, at.v);
     sum += scale.linear[code] - light.background;
-    variance += scale.sigma[code] * scale.sigma[code];
+    variance += variance_in_sum(scale, code);
   }
   light.flux = std::max(sum, 0.0);
   light.flux_sigma =
@@ -304,12 +313,13 @@ void Photometer::sum_flux(const LumaView& luma, const LightScale& scale, Measure
       }
       const int code = luma.code(from_u, from_v);
       sum += scale.linear[code] - light.background;
-      variance += scale.sigma[code] * scale.sigma[code];
+      variance += variance_in_sum(scale, code);
       pixels += 1.0;
     }
   }
   light.flux = sum;
-  light.flux_sigma = std::hypot(std::sqrt(variance), pixels * light.background_sigma);
+  light.flux_sigma = std::hypot(std::sqrt(variance), pixels * light.background_sigma,
+                                scale.coding.flux_share * sum);
 }
 
 std::vector<Measured>& Photometer::measure(const LumaView& luma, const PeakFinder& finder,

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "detect/frame_light.h"
 #include "detect/peaks.h"
 #include "types/blob.h"
 #include "types/frame.h"
@@ -14,7 +15,9 @@ namespace vildar {
 struct LightScale {
   std::span<const float> linear;  ///< of each code: 0 at black, 1 at nominal white
   std::span<const float> sigma;   ///< of one pixel of each code, linear
+  std::span<const float> coding_sigma;  ///< of what coding with loss adds to that; 0 without
   int clip_code = 255;
+  CodingErrors coding;
 };
 
 /// A light measured in stored pixels. Flux in units of one pixel at nominal white.
