@@ -26,20 +26,22 @@ void LampFitter::start(const FrameLight& light, std::span<const LampGuess> guess
   // Every so many pixels tell the background.
   const std::size_t step = samples_.size() / kBackgroundPixels + 1;
   lights_.clear();
-  double sum = 0.0, most = 0.0;
-  for (std::size_t k = 0; k < samples_.size(); ++k) {
-    if (samples_.keep[k] == 0.0F) continue;
-    const float here = samples_.light[k] - samples_.others[k];
-    sum += static_cast<double>(here);
-    most = std::max(most, static_cast<double>(here));
-    if (k % step == 0) lights_.push_back(here);
-  }
+  for (std::size_t k = 0; k < samples_.size(); k += step)
+    if (samples_.keep[k] != 0.0F) lights_.push_back(samples_.light[k] - samples_.others[k]);
   const auto middle = lights_.begin() + static_cast<std::ptrdiff_t>(lights_.size() / 2);
   std::nth_element(lights_.begin(), middle, lights_.end());
   const double background = std::min(static_cast<double>(*middle), 0.5 * light.clip_light);
-  sum -= background * static_cast<double>(samples_.used);
-  most -= background;
-  sum = std::max(sum, 3.0 * most);
+  const auto seen_flux = [&] {
+    double sum = 0.0, most = 0.0;
+    for (std::size_t k = 0; k < samples_.size(); ++k) {
+      if (samples_.keep[k] == 0.0F) continue;
+      const auto here = static_cast<double>(samples_.light[k] - samples_.others[k]);
+      sum += here;
+      most = std::max(most, here);
+    }
+    sum -= background * static_cast<double>(samples_.used);
+    return std::max(sum, 3.0 * (most - background)) / static_cast<double>(guesses.size());
+  };
   Vector first = Vector::Zero(size());
   first[base(guesses.size())] = background;
   for (std::size_t i = 0; i < guesses.size(); ++i) {
@@ -52,11 +54,10 @@ void LampFitter::start(const FrameLight& light, std::span<const LampGuess> guess
     if (!radius_known)
       radius_px = std::clamp(radius_px, kLeastRadius_px, DiscImage::kMostRadius_px);
     images_[i].set_radius(radius_px);
-    double flux = sum / static_cast<double>(guesses.size());
-    if (guess.flux)
-      flux = *guess.flux;
-    else if (guess.rim_px > 0.0)
-      flux = light.clip_light / images_[i].at(guess.rim_px, 0.0).share;
+    const double flux = guess.flux ? *guess.flux
+                        : guess.rim_px > 0.0
+                            ? light.clip_light / images_[i].at(guess.rim_px, 0.0).share
+                            : seen_flux();
     const Eigen::Index at = base(i);
     first[at] = std::log(std::max(flux, 1e-6));
     first[at + 1] = guess.centre_px.x();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "core/quantity.h"
@@ -72,7 +73,7 @@ void LampFitter::gather(const FrameLight& light, std::span<const LampGuess> gues
                   other.centre_px - samples_.origin_px, other.flux);
   }
   terms_.clear();
-  for (Rows* rows : {&accepted_, &trial_}) rows->resize(guesses.size(), samples_.size());
+  accepted_.weight.resize(samples_.size());
 }
 
 // As many of the background's terms as the attempt has.
@@ -201,9 +202,9 @@ void LampFitter::judge(std::span<const LampGuess> guesses) {
     if (samples_.keep[k] == 0.0F) continue;
     const Eigen::Vector2f at_px(samples_.u_px[k], samples_.v_px[k]);
     std::size_t nearest = 0;
-    float least = 1e9F;
+    float least = std::numeric_limits<float>::infinity();
     for (std::size_t i = 0; i < places.size(); ++i) {
-      const float from_px = std::sqrt((at_px - places[i].centre_px).squaredNorm());
+      const float from_px = (at_px - places[i].centre_px).norm();
       const float ring = std::max(from_px - places[i].inner_px, 0.0F) * places[i].per_ring;
       if (ring > least) continue;
       nearest = i;

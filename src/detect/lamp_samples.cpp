@@ -23,20 +23,6 @@ int stride_of(double area_px2, double most) {
   return std::max(1, static_cast<int>(std::ceil(area_px2 / most)));
 }
 
-/// Of numbers in a row those that a stride divides.
-class Every {
- public:
-  Every(int first, int stride) : stride_(stride), left_((stride - first % stride) % stride) {}
-  bool next() {
-    if (left_-- > 0) return false;
-    left_ = stride_ - 1;
-    return true;
-  }
-
- private:
-  int stride_, left_;
-};
-
 /// Whole numbers in [from, to] that are places of a row or column of so many pixels.
 struct Range {
   int first, last;
@@ -45,75 +31,100 @@ struct Range {
         last(std::min(size - 1, static_cast<int>(std::floor(to)))) {}
 };
 
-}  // namespace
-
-void LampSamples::add(int u, int v, float light_here, float place2_here) {
-  u_px.push_back(static_cast<float>(u - origin_px.x()));
-  v_px.push_back(static_cast<float>(v - origin_px.y()));
-  light.push_back(light_here);
-  place2.push_back(place2_here);
+double half_chord_px(double radius2, double away2) {
+  return std::sqrt(std::max(radius2 - away2, 0.0));
 }
 
-void LampSamples::fill_up() {
-  keep.resize(light.size(), 1.0F);
-  const std::size_t batches = (light.size() + DiscImage::kBatch - 1) / DiscImage::kBatch;
+}  // namespace
+
+void LampSamples::append(std::span<const Pixel> pixels) {
+  const std::size_t first = size(),
+                    batches = (pixels.size() + DiscImage::kBatch - 1) / DiscImage::kBatch;
   for (std::vector<float>* one : {&u_px, &v_px, &light, &place2, &keep})
-    one->resize(batches * DiscImage::kBatch, 0.0F);
+    one->resize(first + batches * DiscImage::kBatch, 0.0F);
+  for (std::size_t k = 0; k < pixels.size(); ++k) {
+    const Pixel& pixel = pixels[k];
+    u_px[first + k] = pixel.u_px;
+    v_px[first + k] = pixel.v_px;
+    light[first + k] = pixel.light;
+    place2[first + k] = pixel.place2;
+    keep[first + k] = 1.0F;
+  }
+}
+
+void LampSamples::list_circles(std::size_t lamp, int v, std::span<const LampGuess> guesses,
+                               std::span<const double> reach_px,
+                               std::span<const OtherLamp> others_in) {
+  left_out_.clear();
+  holes_.clear();
+  const auto list = [&](std::vector<Chord>& in, const Eigen::Vector2d& centre_px,
+                        double radius_px) {
+    const double half2 = square_of(radius_px) - square_of(std::abs(v - centre_px.y()));
+    if (half2 > 0.0) in.push_back({centre_px.x(), half2});
+  };
+  for (std::size_t j = 0; j < guesses.size(); ++j) {
+    if (j < lamp) list(left_out_, guesses[j].centre_px, reach_px[j]);
+    // Deep inside a clipped area every model agrees.
+    list(left_out_, guesses[j].centre_px, guesses[j].rim_px - kRimInside_px);
+    list(holes_, guesses[j].centre_px, guesses[j].rim_px - kHoleDepth_px);
+  }
+  for (const OtherLamp& other : others_in) list(left_out_, other.centre_px, other.core_px);
 }
 
 void LampSamples::gather(const FrameLight& frame, std::span<const LampGuess> guesses,
                          std::span<const double> reach_px, std::span<const OtherLamp> others_in) {
   for (std::vector<float>* one : {&u_px, &v_px, &light, &place2, &keep}) one->clear();
+  clear_.clear();
   clipped_.clear();
   origin_px = guesses.front().centre_px.array().round();
   const LumaView& luma = frame.luma;
+  const auto within = [](const std::vector<Chord>& chords, int u) {
+    return std::any_of(chords.begin(), chords.end(), [u](const Chord& chord) {
+      return (u - chord.middle_px) * (u - chord.middle_px) < chord.half2;
+    });
+  };
   for (std::size_t i = 0; i < guesses.size(); ++i) {
-    const double reach = reach_px[i], rim = guesses[i].rim_px;
+    const double reach2 = square_of(reach_px[i]), rim = guesses[i].rim_px;
     const Eigen::Vector2d& centre = guesses[i].centre_px;
     const double dense = rim > 0.0 ? rim + kRimOutside_px : kDenseSizes * guesses[i].size_px;
-    const int stride = stride_of(kPi * (reach * reach - dense * dense), kMostPixels);
+    const double dense2 = square_of(dense), per_reach2 = 1.0 / reach2;
+    const int stride = stride_of(kPi * (reach2 - dense2), kMostPixels);
     const int rim_stride =
         stride_of(2.0 * kPi * rim * (kRimInside_px + kRimOutside_px), kMostRimPixels);
-    const double dense2 = square_of(dense), per_reach2 = 1.0 / square_of(reach);
-    const Range rows(centre.y() - reach, centre.y() + reach, luma.height_px);
+    const Range rows(centre.y() - reach_px[i], centre.y() + reach_px[i], luma.height_px);
     for (int v = rows.first; v <= rows.last; ++v) {
       const double dv2 = square_of(std::abs(v - centre.y()));
-      const double half_px = std::sqrt(std::max(square_of(reach) - dv2, 0.0));
-      const Range columns(centre.x() - half_px, centre.x() + half_px, luma.width_px);
-      Every outer(columns.first + 2 * v, stride), about_rim(columns.first + 2 * v, rim_stride);
-      for (int u = columns.first; u <= columns.last; ++u) {
-        const bool in_outer = outer.next(), in_rim = about_rim.next();
-        const double du = u - centre.x(), distance2 = du * du + dv2;
-        if (!(distance2 > dense2 ? in_outer : in_rim)) continue;
-        bool left_out = false, inside = false;
-        for (std::size_t j = 0; j < guesses.size(); ++j) {
-          const double from2 =
-              j == i ? distance2 : (Eigen::Vector2d(u, v) - guesses[j].centre_px).squaredNorm();
-          left_out |= j < i && from2 <= square_of(reach_px[j]);
-          // Deep inside a clipped area every model agrees.
-          left_out |= from2 < square_of(guesses[j].rim_px - kRimInside_px);
-          inside |= from2 < square_of(guesses[j].rim_px - kHoleDepth_px);
+      list_circles(i, v, guesses, reach_px, others_in);
+      const auto take = [&](int first, int last, int every) {
+        for (int u = first + (every - (first + 2 * v) % every) % every; u <= last; u += every) {
+          if (within(left_out_, u)) continue;
+          const int code = luma.code(u, v);
+          const float here = frame.linear[code];
+          const double du = u - centre.x();
+          const bool hole = here > kHoleLight * frame.clip_light && within(holes_, u);
+          (hole || code >= frame.clip_code ? clipped_ : clear_)
+              .push_back({static_cast<float>(u - origin_px.x()),
+                          static_cast<float>(v - origin_px.y()), here,
+                          static_cast<float>((du * du + dv2) * per_reach2)});
         }
-        for (const OtherLamp& other : others_in)
-          left_out |=
-              (Eigen::Vector2d(u, v) - other.centre_px).squaredNorm() < square_of(other.core_px);
-        if (left_out) continue;
-        const int code = luma.code(u, v);
-        const float here = frame.linear[code];
-        const auto place2_here = static_cast<float>(distance2 * per_reach2);
-        const bool hole = inside && here > kHoleLight * frame.clip_light;
-        if (hole || code >= frame.clip_code)
-          clipped_.push_back({u, v, here, place2_here});
-        else
-          add(u, v, here, place2_here);
+      };
+      const double half_px = half_chord_px(reach2, dv2);
+      const Range all(centre.x() - half_px, centre.x() + half_px, luma.width_px);
+      if (dv2 > dense2) {
+        take(all.first, all.last, stride);
+        continue;
       }
+      const double dense_px = std::min(half_chord_px(dense2, dv2), half_px);
+      const Range middle(centre.x() - dense_px, centre.x() + dense_px, luma.width_px);
+      take(all.first, std::min(middle.first - 1, all.last), stride);
+      take(middle.first, middle.last, rim_stride);
+      take(std::max(middle.last + 1, all.first), all.last, stride);
     }
   }
-  used = light.size() + clipped_.size();
-  fill_up();
+  used = clear_.size() + clipped_.size();
+  append(clear_);
   clear = size();
-  for (const Clipped& one : clipped_) add(one.u, one.v, one.light, one.place2);
-  fill_up();
+  append(clipped_);
   others.assign(size(), 0.0F);
 }
 

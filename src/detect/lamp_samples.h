@@ -53,14 +53,20 @@ struct LampSamples {
   void keep_within(double share);
 
  private:
-  void add(int u, int v, float light_here, float place2_here);
-  void fill_up();
-
-  struct Clipped {
-    int u, v;
-    float light, place2;
+  struct Pixel {
+    float u_px, v_px, light, place2;
   };
-  std::vector<Clipped> clipped_;
+  /// Of a circle, on one row.
+  struct Chord {
+    double middle_px, half2;
+  };
+  void append(std::span<const Pixel> pixels);
+  void list_circles(std::size_t lamp, int v, std::span<const LampGuess> guesses,
+                    std::span<const double> reach_px, std::span<const OtherLamp> others_in);
+
+  std::vector<Pixel> clear_, clipped_;
+  std::vector<Chord> left_out_,
+      holes_;  // circles whose pixels do not count, or clip all but in code
 };
 
 }  // namespace vildar

@@ -6,7 +6,6 @@
 namespace vildar {
 namespace {
 
-constexpr std::size_t kRings = 6, kQuarters = 4;
 constexpr double kLeastPixels = 4.0;  // of a quarter of a ring
 constexpr double kOnceInHundred = 2.326, kOnceInTwoHundred = 2.576;
 
@@ -20,30 +19,19 @@ double normal_of_ratio(double ratio, double above, double below) {
 }  // namespace
 
 ResidualShape::ResidualShape(std::size_t lamps, double correlated_px)
-    : lamps_(lamps),
-      correlated_px_(correlated_px),
-      rings_(kRings * lamps),
-      places_(kRings * kQuarters * lamps) {}
-
-void ResidualShape::add(std::size_t lamp, const Eigen::Vector2f& offset_px, float ring,
-                        float residual_in, float noise_share_in) {
-  const auto residual = static_cast<double>(residual_in);
-  const auto noise_share = static_cast<double>(noise_share_in);
-  square_ += residual * residual;
-  used_ += 1.0;
-  const std::size_t in =
-      kRings * lamp +
-      std::min(static_cast<std::size_t>(ring * static_cast<float>(kRings)), kRings - 1);
-  const std::size_t quarter = (offset_px.x() + offset_px.y() > 0.0F ? 1 : 0) +
-                              (offset_px.x() - offset_px.y() > 0.0F ? 2 : 0);
-  for (Sum* sum : {&rings_[in], &places_[kQuarters * in + quarter]}) {
-    sum->n += 1.0;
-    sum->sum += residual;
-    sum->noise += noise_share;
-  }
-}
+    : lamps_(lamps), correlated_px_(correlated_px), places_(kRings * kQuarters * lamps) {}
 
 ResidualShape::Verdict ResidualShape::verdict(double per_lamp, double background_terms) const {
+  std::vector<Sum> whole_rings(kRings * lamps_);
+  double used = 0.0;
+  for (std::size_t place = 0; place < places_.size(); ++place) {
+    const Sum& part = places_[place];
+    Sum& ring = whole_rings[place / kQuarters];
+    ring.n += part.n;
+    ring.sum += part.sum;
+    ring.noise += part.noise;
+    used += part.n;
+  }
   double places = 0.0, between = 0.0, rings = 0.0, between_rings = 0.0;
   const auto add_up = [](const std::vector<Sum>& sums, double least, double& count,
                          double& square) {
@@ -54,10 +42,10 @@ ResidualShape::Verdict ResidualShape::verdict(double per_lamp, double background
     }
   };
   add_up(places_, kLeastPixels, places, between);
-  add_up(rings_, kQuarters * kLeastPixels, rings, between_rings);
+  add_up(whole_rings, kQuarters * kLeastPixels, rings, between_rings);
   const auto lamps = static_cast<double>(lamps_);
   const double fitted = per_lamp * lamps + background_terms;
-  const double within_dof = std::max(used_ - places, 1.0);
+  const double within_dof = std::max(used - places, 1.0);
   const double scatter = correlated_px_ * std::max((square_ - between) / within_dof, 1e-12);
   // Against what the scatter makes of as many pixels, and what they have in common.
   const auto shaped = [&](const std::vector<Sum>& sums, double least, double dof) {
@@ -74,12 +62,12 @@ ResidualShape::Verdict ResidualShape::verdict(double per_lamp, double background
   // angle.
   const double round_dof = std::max(rings - (per_lamp - 2.0) * lamps - 1.0, 1.0);
   const double uneven_dof = std::max(places - rings - 2.0 * lamps - background_terms + 1.0, 1.0);
-  verdict.chi2_per_dof = square_ / std::max(used_ - fitted, 1.0);
+  verdict.chi2_per_dof = square_ / std::max(used - fitted, 1.0);
   verdict.shape = between;
   verdict.shape_per_dof = between / dof;
   // Wings that are not as they were taken for are alike in all quarters: rings tell them sooner.
-  verdict.shaped =
-      shaped(places_, kLeastPixels, dof) || shaped(rings_, kQuarters * kLeastPixels, round_dof);
+  verdict.shaped = shaped(places_, kLeastPixels, dof) ||
+                   shaped(whole_rings, kQuarters * kLeastPixels, round_dof);
   // Quarters that differ no more than chance makes them say nothing of what lies about the lamp.
   const double uneven = (between - between_rings) / uneven_dof;
   verdict.quarters_differ =

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -17,7 +19,19 @@ class ResidualShape {
   /// used about the lamp, 0 to 1. `noise_share` of its variance is its own, the rest is common to
   /// pixels that lie together.
   void add(std::size_t lamp, const Eigen::Vector2f& offset_px, float ring, float residual,
-           float noise_share);
+           float noise_share) {
+    const std::size_t in =
+        kRings * lamp +
+        std::min(static_cast<std::size_t>(ring * static_cast<float>(kRings)), kRings - 1);
+    const std::size_t quarter = (offset_px.x() + offset_px.y() > 0.0F ? 1 : 0) +
+                                (offset_px.x() - offset_px.y() > 0.0F ? 2 : 0);
+    const auto one = static_cast<double>(residual);
+    square_ += one * one;
+    Sum& sum = places_[kQuarters * in + quarter];
+    sum.n += 1.0;
+    sum.sum += one;
+    sum.noise += static_cast<double>(noise_share);
+  }
 
   struct Verdict {
     double chi2_per_dof = 0.0;
@@ -33,13 +47,14 @@ class ResidualShape {
   Verdict verdict(double per_lamp, double background_terms) const;
 
  private:
+  static constexpr std::size_t kRings = 6, kQuarters = 4;
   struct Sum {
     double n = 0.0, sum = 0.0, noise = 0.0;
   };
   std::size_t lamps_;
   double correlated_px_;
-  std::vector<Sum> rings_, places_;
-  double square_ = 0.0, used_ = 0.0;
+  std::vector<Sum> places_;  // quarters of rings of lamps
+  double square_ = 0.0;
 };
 
 }  // namespace vildar

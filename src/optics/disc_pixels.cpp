@@ -44,7 +44,7 @@ using Indices = hn::Vec<hn::RebindToSigned<Tag>>;
 #if !HWY_HAVE_SCALABLE && HWY_TARGET != HWY_SCALAR
 /// Four numbers from each place, in a block each.
 template <class D>
-hn::Vec<D> load_blocks(D tag, const float* from, const std::int32_t* places) {
+HWY_INLINE hn::Vec<D> load_blocks(D tag, const float* from, const std::int32_t* places) {
   const hn::FixedTag<float, 4> block;
   if constexpr (hn::MaxLanes(D()) == 4)
     return hn::LoadU(block, from + places[0]);
@@ -54,7 +54,8 @@ hn::Vec<D> load_blocks(D tag, const float* from, const std::int32_t* places) {
 #endif
 
 /// The number at each place, the one after it ...
-void load_four(const float* from, Indices places, Lanes& a, Lanes& b, Lanes& c, Lanes& d) {
+HWY_INLINE void load_four(const float* from, Indices places, Lanes& a, Lanes& b, Lanes& c,
+                          Lanes& d) {
   const Tag tag;
 #if HWY_HAVE_SCALABLE || HWY_TARGET == HWY_SCALAR
   a = hn::GatherIndex(tag, from, places);
@@ -78,25 +79,27 @@ void load_four(const float* from, Indices places, Lanes& a, Lanes& b, Lanes& c, 
 #endif
 }
 
-// Four-point Lagrange interpolation, as in disc_image.cpp.
-Lanes value_at(Lanes t, Lanes a, Lanes b, Lanes c, Lanes d) {
+// Four-point Lagrange interpolation, as in disc_image.cpp. Inline, so that what tables share at one
+// t is worked out once.
+HWY_INLINE Lanes value_at(Lanes t, Lanes a, Lanes b, Lanes c, Lanes d) {
   const Tag tag;
   const Lanes before = hn::Sub(t, hn::Set(tag, 1.0F)), beyond = hn::Sub(t, hn::Set(tag, 2.0F));
   const Lanes after = hn::Add(t, hn::Set(tag, 1.0F));
   const Lanes outer = hn::Mul(before, hn::Mul(t, hn::Set(tag, 1.0F / 6.0F)));
   const Lanes inner = hn::Mul(after, hn::Mul(beyond, hn::Set(tag, 0.5F)));
-  const Lanes inside = hn::Mul(inner, hn::NegMulAdd(c, t, hn::Mul(b, before)));
-  return hn::MulAdd(outer, hn::NegMulAdd(a, beyond, hn::Mul(d, after)), inside);
+  const Lanes near = hn::NegMulAdd(hn::Mul(inner, t), c, hn::Mul(hn::Mul(inner, before), b));
+  const Lanes off = hn::NegMulAdd(hn::Mul(outer, beyond), a, hn::Mul(hn::Mul(outer, after), d));
+  return hn::Add(near, off);
 }
 
-Lanes value_of(const float* nodes, Indices first, Lanes t) {
+HWY_INLINE Lanes value_of(const float* nodes, Indices first, Lanes t) {
   Lanes a, b, c, d;
   load_four(nodes, first, a, b, c, d);
   return value_at(t, a, b, c, d);
 }
 
 /// Value, and slope by t.
-Lanes value_of(const float* nodes, Indices first, Lanes t, Lanes& slope) {
+HWY_INLINE Lanes value_of(const float* nodes, Indices first, Lanes t, Lanes& slope) {
   const Tag tag;
   Lanes a, b, c, d;
   load_four(nodes, first, a, b, c, d);

@@ -75,11 +75,13 @@ void detect_lamps(benchmark::State& state, bool calibrated) {
 }
 
 BENCHMARK_CAPTURE(detect_lamps, plain, false)
+    ->Args({4, 50})
     ->Args({4, 5000})
     ->Args({12, 50})
     ->Args({12, 5000})
     ->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(detect_lamps, fitted, true)
+    ->Args({4, 50})
     ->Args({4, 5000})
     ->Args({12, 50})
     ->Args({12, 5000})
