@@ -3,10 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-
-#include "estimate/delay_model.h"
+#include "estimate/delay_motion.h"
 
 namespace vildar {
 namespace {
@@ -16,18 +13,12 @@ constexpr double kSlowest_mps = 1.0, kFastest_mps = 100.0;
 constexpr int kScanPieces = 12;
 constexpr std::array<int, 5> kPieces{9, 14, 21, 32, 48};
 
-double departed_m(const std::vector<AccelerationStep>& steps, double tau_s) {
-  double sum_m = 0.0;
-  for (const AccelerationStep& step : steps) sum_m += step.size * step.way(tau_s);
-  return sum_m;
-}
-
 void add_side(const DelaySide& side, bool far, DelayRows& rows) {
   for (const PowerBlock& block : side.blocks) {
     const double above_w = std::max(0.0, block.power_w - side.ambient_w.mean);
     const double tau_s = block.time_s - rows.reference_s;
     rows.rows.push_back({tau_s, block.power_w / rows.unit_w, block.sigma_w / rows.unit_w,
-                         std::sqrt(above_w / rows.unit_w), far, departed_m(rows.steps, tau_s)});
+                         std::sqrt(above_w / rows.unit_w), far});
   }
 }
 
@@ -44,10 +35,6 @@ DelayRows rows_of(const DelayProblem& problem) {
                                         return a.power_w < b.power_w;
                                       })
                          ->time_s;
-  for (const AccelerationJump& jump : problem.acceleration.jumps) {
-    const double tau_s = jump.time_s - rows.reference_s;
-    rows.steps.push_back({tau_s, tau_s > 0.0 ? jump.by_mps2 : -jump.by_mps2});
-  }
   add_side(problem.near, false, rows);
   add_side(problem.far, true, rows);
   rows.last_far_s = rows.rows.back().tau_s;
@@ -141,15 +128,12 @@ double variance_factor(const DelayRows& rows, const Eigen::VectorXd& residuals, 
 }
 
 struct Candidate {
-  DelayModel::Point point;
-  Eigen::VectorXd residuals;
-  std::vector<int> free;
-  int pieces = 0;
-  double prior_chi2 = 0.0;
+  Eigen::VectorXd value;
   CubicSpline curve;
+  int pieces = 0;
 };
 
-// As many pieces as lower Akaike's information criterion.
+// Constant acceleration, and as many pieces as lower Akaike's information criterion.
 Outcome<Candidate> best_curve(const DelayProblem& problem, const DelayRows& rows, double delay_s) {
   Outcome<Candidate> best = Miss::too_few_samples;
   double least = INFINITY;
@@ -169,95 +153,45 @@ Outcome<Candidate> best_curve(const DelayProblem& problem, const DelayRows& rows
       continue;
     }
     last = point.value.head<kDelayParameters>();
-    Eigen::VectorXd residuals = model.residuals(point.value);
-    const double criterion = residuals.squaredNorm() + 2.0 * pieces;
+    const double criterion = model.residuals(point.value).squaredNorm() + 2.0 * pieces;
     if (!(criterion < least)) continue;
     least = criterion;
-    const double prior_chi2 = model.prior_chi2(point.value);
-    best = Candidate{std::move(point), std::move(residuals), model.free(true),
-                     pieces,           prior_chi2,           curve};
+    best = Candidate{std::move(point.value), curve, pieces};
   }
   return best;
 }
 
-// Speed and acceleration some time after the reference.
-Eigen::Vector2d motion_at(const DelayProblem& problem, const DelayRows& rows,
-                          const Eigen::VectorXd& value, double tau_s) {
-  const double at_reference_mps = problem.baseline_m.mean * std::exp(-value[kLogDelay]);
-  Eigen::Vector2d motion(at_reference_mps * (1.0 + value[kAlpha] * tau_s),
-                         at_reference_mps * value[kAlpha]);
-  for (const AccelerationStep& step : rows.steps) {
-    motion[0] += step.size * step.beyond_s(tau_s);
-    if (step.beyond_s(tau_s) != 0.0) motion[1] += step.size;
-  }
-  return motion;
-}
-
-// What the doubt about the jumps of acceleration adds to the covariance of speed and acceleration:
-// the fit is moved along each of its main directions.
-Eigen::Matrix2d doubt_of_jumps(const DelayProblem& problem, const DelayRows& rows,
-                               const Candidate& found, double tau_s) {
-  constexpr double kLeastShare = 1e-3;
-  const Eigen::MatrixXd& covariance = problem.acceleration.covariance;
-  Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
-  if (covariance.size() == 0) return sum;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
-  const Eigen::Vector2d here = motion_at(problem, rows, found.point.value, tau_s);
-  for (Eigen::Index k = 0; k < covariance.rows(); ++k) {
-    const double variance = eigen.eigenvalues()[k];
-    if (!(variance > kLeastShare * covariance.trace())) continue;
-    DelayRows moved = rows;
-    for (std::size_t i = 0; i < moved.steps.size(); ++i) {
-      const double by = std::sqrt(variance) * eigen.eigenvectors()(static_cast<Eigen::Index>(i), k);
-      moved.steps[i].size += moved.steps[i].tau_s > 0.0 ? by : -by;
-    }
-    for (DelayRows::Row& row : moved.rows) row.departed_m = departed_m(moved.steps, row.tau_s);
-    const DelayModel model(problem, moved, found.curve);
-    const Eigen::Vector2d apart =
-        motion_at(problem, moved, model.minimise(found.point.value, true, 1).value, tau_s) - here;
-    sum += apart * apart.transpose();
-  }
-  return sum;
-}
-
-// Speed, its sigma and its time from the delay and the acceleration, at the time that suits best.
-void put_speed(const DelayProblem& problem, const DelayRows& rows, const Candidate& found,
-               const Eigen::Matrix2d& covariance, DelayFit& fit) {
+// Speed and acceleration with their covariance at the time at which the speed is known best.
+void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayModel& model,
+               const DelayMotion& found, DelayFit& fit) {
   constexpr double kTwoSided95 = 1.959963984540054;
-  const double alpha = found.point.value[kAlpha];
-  const double at_reference_mps = problem.baseline_m.mean * std::exp(-found.point.value[kLogDelay]);
-  double least = INFINITY, best_s = 0.0;
-  constexpr int kSteps = 32;
-  for (int i = 0; i <= kSteps; ++i) {
-    const double tau_s = rows.first_s + (rows.last_s - rows.first_s) * i / kSteps;
-    const Eigen::Vector2d slope(-1.0, tau_s / (1.0 + alpha * tau_s));
-    const double variance = slope.dot(covariance * slope);
-    if (variance < least) {
-      least = variance;
-      best_s = tau_s;
-    }
-  }
-  // As if the acceleration were constant, and then as it is.
-  const Eigen::Vector2d constant(at_reference_mps * (1.0 + alpha * best_s),
-                                 at_reference_mps * alpha);
-  const Eigen::Vector2d motion = motion_at(problem, rows, found.point.value, best_s);
-  const double speed_mps = motion[0];
-  fit.acceleration_mps2 = motion[1];
-  // Of speed and acceleration by ln delay and alpha; the baseline scales both.
-  Eigen::Matrix2d slopes;
-  slopes << -constant[0], at_reference_mps * best_s, -constant[1], at_reference_mps;
+  constexpr int kTimes = 32;
   const double baseline_share = problem.baseline_m.std / problem.baseline_m.mean;
-  fit.covariance = slopes * covariance * slopes.transpose() +
-                   baseline_share * baseline_share * constant * constant.transpose() +
-                   doubt_of_jumps(problem, rows, found, best_s);
+  const double widened = fit.sigma_factor * fit.sigma_factor / found.noise_factor;
+  double least = INFINITY;
+  for (int i = 0; i <= kTimes; ++i) {
+    const double tau_s = rows.first_s + (rows.last_s - rows.first_s) * i / kTimes;
+    const DelayModel::Motion motion = model.motion_at(found.value, tau_s);
+    Eigen::MatrixX2d slopes(found.covariance.rows(), 2);
+    slopes.col(0) = motion.speed_slopes(found.known);
+    slopes.col(1) = motion.acceleration_slopes(found.known);
+    const Eigen::Matrix2d covariance = widened * slopes.transpose() * found.covariance * slopes;
+    const double relative = covariance(0, 0) / (motion.speed_mps * motion.speed_mps);
+    if (!(relative < least)) continue;
+    least = relative;
+    const Eigen::Vector2d both(motion.speed_mps, motion.acceleration_mps2);
+    fit.speed.time_s = rows.reference_s + tau_s;
+    fit.speed.speed_mps = motion.speed_mps;
+    fit.acceleration_mps2 = motion.acceleration_mps2;
+    // The baseline scales both.
+    fit.covariance = covariance + baseline_share * baseline_share * both * both.transpose();
+  }
   fit.acceleration_std_mps2 = std::sqrt(fit.covariance(1, 1));
   SpeedEstimate& speed = fit.speed;
-  speed.time_s = rows.reference_s + best_s;
-  speed.speed_mps = speed_mps;
   speed.std_mps = std::sqrt(fit.covariance(0, 0));
-  const double log_std = speed.std_mps / speed_mps;
-  speed.lo95_mps = speed_mps * std::exp(-kTwoSided95 * log_std);
-  speed.hi95_mps = speed_mps * std::exp(kTwoSided95 * log_std);
+  const double log_std = speed.std_mps / speed.speed_mps;
+  speed.lo95_mps = speed.speed_mps * std::exp(-kTwoSided95 * log_std);
+  speed.hi95_mps = speed.speed_mps * std::exp(kTwoSided95 * log_std);
   for (const DelaySide* side : {&problem.near, &problem.far})
     for (const PowerBlock& block : side->blocks) speed.samples_used += block.samples;
 }
@@ -273,29 +207,28 @@ Outcome<DelayFit> fit_delay(const DelayProblem& problem) {
   if (!(delay_s > 0.0)) return Miss::too_few_samples;
   const auto outcome = best_curve(problem, rows, delay_s);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
-  const Candidate* found = &std::get<Candidate>(outcome);
+  const auto& [constant, curve, pieces] = std::get<Candidate>(outcome);
 
-  const Eigen::MatrixXd information = found->point.information(found->free, found->free);
-  const Eigen::LDLT<Eigen::MatrixXd> solver(information);
-  if (solver.info() != Eigen::Success || !solver.isPositive()) return Miss::not_converged;
-  const Eigen::MatrixXd all =
-      solver.solve(Eigen::MatrixXd::Identity(information.rows(), information.cols()));
+  const std::vector<double> steps_s = delay_steps_s(problem, rows);
+  if (steps_s.empty() && !problem.acceleration) return Miss::below_noise;
+  const DelayModel model(problem, rows, curve, steps_s);
+  const auto motion = find_delay_motion(problem, model, rows, steps_s, constant);
+  if (!motion) return Miss::not_converged;
+  const Eigen::VectorXd residuals = model.residuals(motion->value);
   const auto n = static_cast<double>(rows.rows.size());
-  const auto unknowns = static_cast<double>(found->free.size());
-  const double factor = variance_factor(rows, found->residuals, unknowns);
-  // Free parameters begin with both ambient levels, then delay and acceleration.
-  const Eigen::Matrix2d covariance = factor * all.block<2, 2>(2, 2);
+  const auto unknowns = static_cast<double>(model.free(true).size());
   DelayFit fit;
-  fit.chi2_per_dof = found->residuals.squaredNorm() / std::max(1.0, n - unknowns);
-  fit.sigma_factor = std::sqrt(factor);
-  fit.pieces = found->pieces;
-  fit.log_ratio = found->point.value[kLogFarGain];
-  if (problem.log_ratio.std > 0.0) fit.log_ratio_std = std::sqrt(all(4, 4));
+  fit.chi2_per_dof = residuals.squaredNorm() / std::max(1.0, n - unknowns);
+  fit.sigma_factor =
+      std::sqrt(std::max(motion->noise_factor, variance_factor(rows, residuals, unknowns)));
+  fit.pieces = pieces;
+  fit.log_ratio = motion->value[kLogFarGain];
+  if (problem.log_ratio.std > 0.0) fit.log_ratio_std = std::sqrt(motion->covariance(2, 2));
 
   constexpr double kWorstMismatch = 0.03;  // rms of the light
   double error2 = 0.0, light2 = 0.0;
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
-    error2 += std::pow(found->residuals[static_cast<Eigen::Index>(i)] * rows.rows[i].sigma, 2);
+    error2 += std::pow(residuals[static_cast<Eigen::Index>(i)] * rows.rows[i].sigma, 2);
     light2 += std::pow(rows.rows[i].root, 4);
   }
   const double expected = 4.0;  // of chi-square, below which noise explains any mismatch
@@ -303,10 +236,11 @@ Outcome<DelayFit> fit_delay(const DelayProblem& problem) {
     return Miss::bad_fit;
   // The chance of more, with three priors, is one in a hundred thousand.
   constexpr double kMostPriorChi2 = 25.0;
-  if (found->prior_chi2 > kMostPriorChi2) return Miss::bad_fit;
+  if (model.prior_chi2(motion->value, motion->acceleration_variance) > kMostPriorChi2)
+    return Miss::bad_fit;
+  put_speed(problem, rows, model, *motion, fit);
   constexpr double kNoDelay = 0.3;
-  if (!(std::sqrt(covariance(0, 0)) < kNoDelay)) return Miss::too_uncertain;
-  put_speed(problem, rows, *found, covariance, fit);
+  if (!(fit.speed.std_mps < kNoDelay * fit.speed.speed_mps)) return Miss::too_uncertain;
   return fit;
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -25,9 +26,9 @@ struct AccelerationJump {
   double by_mps2 = 0.0;
 };
 
-/// What is known of a vehicle's acceleration beside the light.
+/// How a vehicle's acceleration changes, where something beside the light tells.
 struct KnownAcceleration {
-  Uncertain mps2{0.0, 1.5};  ///< at about the time of the far pulse's peak
+  double std_mps2 = 1.5;  ///< of the acceleration, about nought, at the far pulse's peak
   std::vector<AccelerationJump> jumps;
   Eigen::MatrixXd covariance;  ///< of their sizes; empty: known
 };
@@ -39,7 +40,7 @@ struct DelayProblem {
   DelaySide near, far;  ///< `far` stands up the road: it is passed first
   Uncertain baseline_m;
   Uncertain log_ratio;  ///< ln of the gain of `far` over that of `near`; std 0: known
-  KnownAcceleration acceleration;
+  std::optional<KnownAcceleration> acceleration;  ///< none: it may wander
 };
 
 struct DelayFit {
@@ -55,7 +56,8 @@ struct DelayFit {
 };
 
 /// Speed and acceleration from two pulses, their common shape being a free smooth curve with as
-/// many pieces as the data ask for. Where the ratio of gains is uncertain, an angular mismatch of
+/// many pieces as the data ask for. The acceleration, of which 0 +- 1.5 m/s^2 is known beforehand,
+/// may wander while the light lasts. Where the ratio of gains is uncertain, an angular mismatch of
 /// the same size between the two is allowed for.
 /// Misses: too_few_samples, below_noise, not_converged, bad_fit (the pulses are not alike),
 /// too_uncertain (the delay is not told from none).

@@ -133,7 +133,8 @@ namespace {
 // The whole pulses say most. Where the light ends in an edge that no smooth curve follows (a mask,
 // another lamp coming in), their rise alone.
 Outcome<DelayFit> pair_speed(const Site& site, const PowerTrace& one, const PowerTrace& other,
-                             double from_s, double to_s, const KnownAcceleration& acceleration) {
+                             double from_s, double to_s,
+                             const std::optional<KnownAcceleration>& acceleration) {
   constexpr double kAlikeChi2 = 1.5, kAlikeFactor = 1.5;
   Outcome<DelayFit> whole = Miss::no_scale;
   for (const bool to_peak : {false, true}) {
@@ -152,7 +153,8 @@ Outcome<DelayFit> pair_speed(const Site& site, const PowerTrace& one, const Powe
 }  // namespace
 
 Outcome<DelayFit> delay_speed(const Site& site, std::span<const PowerTrace* const> traces,
-                              double from_s, double to_s, const KnownAcceleration& acceleration) {
+                              double from_s, double to_s,
+                              const std::optional<KnownAcceleration>& acceleration) {
   Outcome<DelayFit> best = Miss::no_scale;
   for (std::size_t i = 0; i < traces.size(); ++i)
     for (std::size_t j = i + 1; j < traces.size(); ++j) {

@@ -20,7 +20,7 @@ Outcome<DelayProblem> delay_problem(const Site& site, const PowerTrace& one,
 /// fit_delay(); with fewer than two traces no_scale.
 Outcome<DelayFit> delay_speed(const Site& site, std::span<const PowerTrace* const> traces,
                               double from_s, double to_s,
-                              const KnownAcceleration& acceleration = {});
+                              const std::optional<KnownAcceleration>& acceleration = {});
 
 /// Its row of methods.csv.
 MethodResult delay_row(const Outcome<DelayFit>& outcome);

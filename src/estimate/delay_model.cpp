@@ -5,11 +5,14 @@
 
 #include <Eigen/Cholesky>
 
+#include "estimate/wander.h"
+
 namespace vildar {
 namespace {
 
 // Holds what no block reaches; next to nothing beside one block of data.
 constexpr double kCoefficientStd = 1e3;
+const double kAccelerationStd_mps2 = std::sqrt(kAccelerationVariance_m2ps4);
 
 struct Term {
   int parameter;
@@ -18,8 +21,10 @@ struct Term {
 
 }  // namespace
 
-DelayModel::DelayModel(const DelayProblem& problem, const DelayRows& rows, CubicSpline curve)
+DelayModel::DelayModel(const DelayProblem& problem, const DelayRows& rows, CubicSpline curve,
+                       std::vector<double> steps_s)
     : problem_(problem), rows_(rows), curve_(std::move(curve)) {
+  for (const double tau_s : steps_s) steps_.push_back({tau_s, 1.0});
   const auto scaled = [&](const Uncertain& level_w, std::size_t side) {
     constexpr double kLeastStd = 1e-9;
     ambient_[side] = level_w.mean / rows.unit_w;
@@ -30,7 +35,8 @@ DelayModel::DelayModel(const DelayProblem& problem, const DelayRows& rows, Cubic
 }
 
 Eigen::VectorXd DelayModel::start(double delay_s) const {
-  Eigen::VectorXd value = Eigen::VectorXd::Zero(kDelayParameters + curve_.size());
+  Eigen::VectorXd value =
+      Eigen::VectorXd::Zero(first_step() + static_cast<Eigen::Index>(steps_.size()));
   value[kLogDelay] = std::log(delay_s);
   value[kLogFarGain] = problem_.log_ratio.mean;
   value[kNearAmbient] = ambient_[0];
@@ -44,7 +50,7 @@ std::vector<int> DelayModel::free(bool move_delay) const {
     found.insert(found.end(), {kLogDelay, kAlpha});
     if (problem_.log_ratio.std > 0.0) found.insert(found.end(), {kLogFarGain, kAngularGain});
   }
-  for (int k = 0; k < curve_.size(); ++k) found.push_back(kDelayParameters + k);
+  for (int k = kDelayParameters; k < first_step(); ++k) found.push_back(k);
   return found;
 }
 
@@ -52,8 +58,10 @@ DelayModel::Light DelayModel::light_of(const DelayRows::Row& row,
                                        const Eigen::VectorXd& value) const {
   const double delay_s = std::exp(value[kLogDelay]);
   Light found;
-  found.by_log_delay =
-      delay_s * ((row.far ? 1.0 : 0.0) + row.departed_m / problem_.baseline_m.mean);
+  double departed_m = 0.0;
+  for (std::size_t k = 0; k < steps_.size(); ++k)
+    departed_m += value[first_step() + static_cast<int>(k)] * steps_[k].way(row.tau_s);
+  found.by_log_delay = delay_s * ((row.far ? 1.0 : 0.0) + departed_m / problem_.baseline_m.mean);
   found.local = curve_.at(row.tau_s * (1.0 + 0.5 * value[kAlpha] * row.tau_s) + found.by_log_delay);
   if (row.far) found.gain = std::exp(value[kLogFarGain] + value[kAngularGain] * row.root);
   for (std::size_t k = 0; k < 4; ++k) {
@@ -65,10 +73,40 @@ DelayModel::Light DelayModel::light_of(const DelayRows::Row& row,
   return found;
 }
 
-// The curve is a function of the way driven, so the vehicle must not turn round.
-bool DelayModel::drives_on(double alpha) const {
+bool DelayModel::drives_on(const Eigen::VectorXd& value) const {
   constexpr double kSlowest = 0.05;  // of the speed at the reference
-  return 1.0 + alpha * rows_.first_s > kSlowest && 1.0 + alpha * rows_.last_s > kSlowest;
+  const double per_mps = std::exp(value[kLogDelay]) / problem_.baseline_m.mean;
+  const auto share = [&](double tau_s) {
+    double speed = 1.0 + value[kAlpha] * tau_s;
+    for (std::size_t k = 0; k < steps_.size(); ++k)
+      speed += per_mps * value[first_step() + static_cast<int>(k)] * steps_[k].beyond_s(tau_s);
+    return speed;
+  };
+  // Between the steps the speed is a straight line.
+  return share(rows_.first_s) > kSlowest && share(rows_.last_s) > kSlowest &&
+         std::all_of(steps_.begin(), steps_.end(),
+                     [&](const AccelerationStep& step) { return share(step.tau_s) > kSlowest; });
+}
+
+DelayModel::Motion DelayModel::motion_at(const Eigen::VectorXd& value, double tau_s) const {
+  const double reference_mps = problem_.baseline_m.mean * std::exp(-value[kLogDelay]);
+  const double alpha = value[kAlpha];
+  Motion motion{reference_mps * (1.0 + alpha * tau_s), reference_mps * alpha,
+                Eigen::VectorXd::Zero(value.size()), Eigen::VectorXd::Zero(value.size())};
+  motion.speed_slopes[kLogDelay] = -motion.speed_mps;
+  motion.speed_slopes[kAlpha] = reference_mps * tau_s;
+  motion.acceleration_slopes[kLogDelay] = -motion.acceleration_mps2;
+  motion.acceleration_slopes[kAlpha] = reference_mps;
+  for (std::size_t k = 0; k < steps_.size(); ++k) {
+    const int parameter = first_step() + static_cast<int>(k);
+    const double beyond_s = steps_[k].beyond_s(tau_s);
+    motion.speed_slopes[parameter] = beyond_s;
+    motion.speed_mps += beyond_s * value[parameter];
+    if (beyond_s == 0.0) continue;
+    motion.acceleration_slopes[parameter] = 1.0;
+    motion.acceleration_mps2 += value[parameter];
+  }
+  return motion;
 }
 
 DelayModel::Point DelayModel::at(const Eigen::VectorXd& value, bool with_derivatives) const {
@@ -78,30 +116,33 @@ DelayModel::Point DelayModel::at(const Eigen::VectorXd& value, bool with_derivat
     point.information = Eigen::MatrixXd::Zero(value.size(), value.size());
     point.gradient = Eigen::VectorXd::Zero(value.size());
   }
+  const double per_mps = std::exp(value[kLogDelay]) / problem_.baseline_m.mean;
+  std::vector<Term> terms;
   for (const DelayRows::Row& row : rows_.rows) {
     const auto [local, by_log_delay, gain, light, slope] = light_of(row, value);
     const int ambient = row.far ? kFarAmbient : kNearAmbient;
     const double residual = (light + value[ambient] - row.power) / row.sigma;
     point.cost += 0.5 * residual * residual;
     if (!with_derivatives) continue;
-    std::array<Term, 9> terms;
-    std::size_t count = 0;
+    terms.clear();
     for (std::size_t k = 0; k < 4; ++k)
-      terms[count++] = {kDelayParameters + local.first + static_cast<int>(k),
-                        gain * local.value[k]};
-    terms[count++] = {ambient, 1.0};
-    terms[count++] = {kAlpha, 0.5 * slope * row.tau_s * row.tau_s};
-    terms[count++] = {kLogDelay, slope * by_log_delay};
+      terms.push_back(
+          {kDelayParameters + local.first + static_cast<int>(k), gain * local.value[k]});
+    terms.push_back({ambient, 1.0});
+    terms.push_back({kAlpha, 0.5 * slope * row.tau_s * row.tau_s});
+    terms.push_back({kLogDelay, slope * by_log_delay});
     if (row.far) {
-      terms[count++] = {kLogFarGain, light};
-      terms[count++] = {kAngularGain, light * row.root};
+      terms.push_back({kLogFarGain, light});
+      terms.push_back({kAngularGain, light * row.root});
     }
-    for (std::size_t i = 0; i < count; ++i) {
-      const double scaled = terms[i].slope / row.sigma;
-      point.gradient[terms[i].parameter] += scaled * residual;
-      for (std::size_t j = 0; j < count; ++j)
-        point.information(terms[i].parameter, terms[j].parameter) +=
-            scaled * terms[j].slope / row.sigma;
+    for (std::size_t k = 0; k < steps_.size(); ++k)
+      if (const double way = steps_[k].way(row.tau_s); way != 0.0)
+        terms.push_back({first_step() + static_cast<int>(k), slope * per_mps * way});
+    for (const Term& one : terms) {
+      const double scaled = one.slope / (row.sigma * row.sigma);
+      point.gradient[one.parameter] += scaled * residual * row.sigma;
+      for (const Term& other : terms)
+        point.information(one.parameter, other.parameter) += scaled * other.slope;
     }
   }
   add_priors(point, with_derivatives);
@@ -126,13 +167,12 @@ void DelayModel::add_priors(Point& point, bool with_derivatives) const {
   for (int k = 0; k < curve_.size(); ++k)
     add(kDelayParameters + k, value[kDelayParameters + k], kCoefficientStd);
 
-  const Uncertain& prior = problem_.acceleration.mps2;
   const double speed_mps = problem_.baseline_m.mean * std::exp(-value[kLogDelay]);
-  const double residual = (value[kAlpha] * speed_mps - prior.mean) / prior.std;
+  const double residual = value[kAlpha] * speed_mps / kAccelerationStd_mps2;
   point.cost += 0.5 * residual * residual;
   if (!with_derivatives) return;
-  const std::array<Term, 2> terms{Term{kAlpha, speed_mps / prior.std},
-                                  Term{kLogDelay, -value[kAlpha] * speed_mps / prior.std}};
+  const std::array<Term, 2> terms{Term{kAlpha, speed_mps / kAccelerationStd_mps2},
+                                  Term{kLogDelay, -residual}};
   for (const Term& one : terms) {
     point.gradient[one.parameter] += one.slope * residual;
     for (const Term& other : terms)
@@ -140,10 +180,9 @@ void DelayModel::add_priors(Point& point, bool with_derivatives) const {
   }
 }
 
-double DelayModel::prior_chi2(const Eigen::VectorXd& value) const {
-  const Uncertain& acceleration_mps2 = problem_.acceleration.mps2;
+double DelayModel::prior_chi2(const Eigen::VectorXd& value, double acceleration_variance) const {
   const double rate_mps2 = value[kAlpha] * problem_.baseline_m.mean * std::exp(-value[kLogDelay]);
-  double sum = std::pow((rate_mps2 - acceleration_mps2.mean) / acceleration_mps2.std, 2);
+  double sum = rate_mps2 * rate_mps2 / acceleration_variance;
   if (problem_.log_ratio.std > 0.0)
     sum += std::pow((value[kLogFarGain] - problem_.log_ratio.mean) / problem_.log_ratio.std, 2) +
            std::pow(value[kAngularGain] / problem_.log_ratio.std, 2);
@@ -165,7 +204,7 @@ DelayModel::Point DelayModel::minimise(Eigen::VectorXd value, bool move_delay,
     Point there;
     there.value = here.value;
     there.value(moved) -= step;
-    const bool allowed = there.value.allFinite() && drives_on(there.value[kAlpha]);
+    const bool allowed = there.value.allFinite() && drives_on(there.value);
     if (allowed) there.cost = at(there.value, false).cost;
     if (!allowed || !(there.cost <= here.cost)) {
       damping = std::max(10.0 * damping, 1e-6);

@@ -10,9 +10,9 @@
 
 namespace vildar {
 
-/// Unknowns of the delay model that are not coefficients of the curve. The curve is a function of
-/// u = tau + alpha tau^2 / 2 + departed way / speed, the distance driven over the speed at the
-/// reference time.
+/// Unknowns of the delay model that are neither coefficients of the curve nor steps of the
+/// acceleration. The curve is a function of u = tau + alpha tau^2 / 2 + way of the steps / speed,
+/// the distance driven over the speed at the reference time.
 enum DelayParameter : int {
   kLogDelay,     ///< ln (baseline over speed)
   kAlpha,        ///< acceleration over speed, 1/s
@@ -28,28 +28,30 @@ struct DelayRows {
   struct Row {
     double tau_s, power, sigma, root;  ///< root: of the relative power above ambient
     bool far;
-    double departed_m;  ///< way by which the known steps of acceleration depart from a constant one
   };
   std::vector<Row> rows;  ///< each side's in order of time, near first
   double unit_w = 1.0;
   double reference_s = 0.0;
-  double first_s = 0.0, last_s = 0.0;   ///< of the rows, from the reference
-  double last_far_s = 0.0;              ///< of the far rows
-  std::vector<AccelerationStep> steps;  ///< from the reference, in m/s^2
+  double first_s = 0.0, last_s = 0.0;  ///< of the rows, from the reference
+  double last_far_s = 0.0;             ///< of the far rows
 };
 
-/// Least squares of both pulses on one curve; priors included.
+/// Least squares of both pulses on one curve. Priors are included but for that on the sizes of the
+/// steps.
 class DelayModel {
  public:
-  DelayModel(const DelayProblem& problem, const DelayRows& rows, CubicSpline curve);
+  /// `steps_s`: times from the reference at which the acceleration may change.
+  DelayModel(const DelayProblem& problem, const DelayRows& rows, CubicSpline curve,
+             std::vector<double> steps_s = {});
 
   struct Point {
-    Eigen::VectorXd value;  ///< DelayParameter, then the curve's coefficients
+    Eigen::VectorXd value;  ///< DelayParameter, the curve's coefficients, the steps' m/s^2
     double cost = 0.0;      ///< half the sum of squares
     Eigen::MatrixXd information;
     Eigen::VectorXd gradient;
     bool converged = false;  ///< as minimise() leaves it
   };
+  Point at(const Eigen::VectorXd& value, bool with_derivatives) const;
   /// A first point: this delay, no acceleration, a flat curve.
   Eigen::VectorXd start(double delay_s) const;
   /// Levenberg-Marquardt over the free parameters; the delay too where `move_delay`.
@@ -57,8 +59,17 @@ class DelayModel {
   /// Residuals of the rows, whitened.
   Eigen::VectorXd residuals(const Eigen::VectorXd& value) const;
   std::vector<int> free(bool move_delay) const;
+  /// Where the steps begin among the unknowns.
+  int first_step() const { return kDelayParameters + curve_.size(); }
+  /// Whether the vehicle never stands still or turns round, as a curve over its way demands.
+  bool drives_on(const Eigen::VectorXd& value) const;
+  struct Motion {
+    double speed_mps = 0.0, acceleration_mps2 = 0.0;
+    Eigen::VectorXd speed_slopes, acceleration_slopes;  ///< by all unknowns
+  };
+  Motion motion_at(const Eigen::VectorXd& value, double tau_s) const;
   /// Sum of squares by which gains and acceleration miss what was known of them, in sigmas.
-  double prior_chi2(const Eigen::VectorXd& value) const;
+  double prior_chi2(const Eigen::VectorXd& value, double acceleration_variance) const;
 
  private:
   struct Light {
@@ -67,13 +78,12 @@ class DelayModel {
     double gain = 1.0, light = 0.0, slope = 0.0;
   };
   Light light_of(const DelayRows::Row& row, const Eigen::VectorXd& value) const;
-  bool drives_on(double alpha) const;
-  Point at(const Eigen::VectorXd& value, bool with_derivatives) const;
   void add_priors(Point& point, bool with_derivatives) const;
 
   const DelayProblem& problem_;
   const DelayRows& rows_;
   CubicSpline curve_;
+  std::vector<AccelerationStep> steps_;  // of unit size
   std::array<double, 2> ambient_, ambient_std_;
 };
 

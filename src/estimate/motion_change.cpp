@@ -9,6 +9,7 @@
 #include <Eigen/Cholesky>
 
 #include "estimate/geometry_cost.h"
+#include "estimate/wander.h"
 
 namespace vildar {
 namespace {
@@ -16,15 +17,6 @@ namespace {
 using PathJet = ceres::Jet<double, kPathParameters>;
 
 constexpr int kMostSteps = 16, kFewestSteps = 3, kFramesPerStep = 4;
-constexpr double kBefore_s = 1.0;
-
-// How far accelerations wander, in m/s^2 over the root of a second, and how many vehicles in a
-// hundred are taken to do so: most cruise, a few brake hard.
-struct Wander {
-  double mps2_per_root_s, share;
-};
-constexpr std::array<Wander, 5> kWanders{
-    {{0.05, 0.4}, {0.4, 0.25}, {1.0, 0.2}, {2.5, 0.1}, {6.0, 0.05}}};
 
 std::vector<AccelerationStep> even_steps(const GeometryProblem& problem, int frames) {
   const int count = std::min(kMostSteps, frames / kFramesPerStep);
@@ -35,18 +27,6 @@ std::vector<AccelerationStep> even_steps(const GeometryProblem& problem, int fra
   for (int i = 1; i <= count; ++i) steps.push_back({from_s + length_s * i / (count + 1), 0.0});
   return steps;
 }
-
-// Normal equations of the path's free unknowns and of the sizes of the steps, without a prior on
-// the latter: 0.5 x' information x + gradient' x + const.
-struct Normal {
-  Eigen::MatrixXd information;
-  Eigen::VectorXd gradient;
-
-  void add(const Eigen::VectorXd& slopes, double residual) {
-    information.selfadjointView<Eigen::Lower>().rankUpdate(slopes);
-    gradient += residual * slopes;
-  }
-};
 
 // Of all priors' residuals, which the sizes of the steps enter linearly, by each of these.
 Eigen::MatrixXd prior_slopes(const GeometryProblem& problem, const PathVector& parameters) {
@@ -67,12 +47,17 @@ Eigen::MatrixXd prior_slopes(const GeometryProblem& problem, const PathVector& p
   return slopes;
 }
 
-Normal normal_equations(const GeometryProblem& problem, const PathVector& parameters,
-                        const std::vector<int>& free) {
+// Normal equations of the path's free unknowns and of the sizes of the steps.
+WanderNormal normal_equations(const GeometryProblem& problem, const PathVector& parameters,
+                              const std::vector<int>& free) {
   const auto n = static_cast<Eigen::Index>(free.size());
   const std::vector<AccelerationStep>& steps = problem.setting.steps;
   const Eigen::Index size = n + static_cast<Eigen::Index>(steps.size());
-  Normal normal{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)};
+  WanderNormal normal{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)};
+  const auto add = [&](const Eigen::VectorXd& by, double residual) {
+    normal.information.selfadjointView<Eigen::Lower>().rankUpdate(by);
+    normal.gradient += residual * by;
+  };
   std::array<PathJet, kPathParameters> path;
   for (int i = 0; i < kPathParameters; ++i)
     path[static_cast<std::size_t>(i)] = PathJet(parameters[i], i);
@@ -92,7 +77,7 @@ Normal normal_equations(const GeometryProblem& problem, const PathVector& parame
         const double moved = steps[k].way(tau_s);
         slopes[n + static_cast<Eigen::Index>(k)] = moved == 0.0 ? 0.0 : by_rate * moved / tau_s;
       }
-      normal.add(slopes, weight * residual[axis].a);
+      add(slopes, weight * residual[axis].a);
     }
   }
   const PriorResidual priors{&problem};
@@ -103,57 +88,10 @@ Normal normal_equations(const GeometryProblem& problem, const PathVector& parame
     for (Eigen::Index k = 0; k < n; ++k)
       slopes[k] = residuals[i].v[free[static_cast<std::size_t>(k)]];
     slopes.tail(size - n) = by_size.row(static_cast<Eigen::Index>(i));
-    normal.add(slopes, residuals[i].a);
+    add(slopes, residuals[i].a);
   }
   normal.information = Eigen::MatrixXd(normal.information.selfadjointView<Eigen::Lower>());
   return normal;
-}
-
-// The unknowns for one way of wandering, and ln of its evidence up to what all have in common.
-struct Posterior {
-  Eigen::VectorXd moved;
-  Eigen::MatrixXd covariance;
-  double log_evidence = -INFINITY;
-};
-
-// What a fit takes for granted of the acceleration at the reference time: its residual in metres,
-// the slope of that, and the variance.
-struct AccelerationPrior {
-  Eigen::VectorXd slopes;
-  double residual_mps2 = 0.0, variance = 1.0;
-
-  // The same prior with another variance.
-  void replace(Normal& normal, double other) const {
-    const double more = 1.0 / other - 1.0 / variance;
-    normal.information += more * slopes * slopes.transpose();
-    normal.gradient += more * residual_mps2 * slopes;
-  }
-  double log_density(double other) const {
-    return -0.5 * (residual_mps2 * residual_mps2 / other + std::log(other));
-  }
-};
-
-Posterior posterior_of(const Normal& normal, const Eigen::VectorXd& sizes, double size_std) {
-  const Eigen::Index steps = sizes.size();
-  Eigen::MatrixXd information = normal.information;
-  Eigen::VectorXd gradient = normal.gradient;
-  const double prior = 1.0 / (size_std * size_std);
-  information.diagonal().tail(steps).array() += prior;
-  gradient.tail(steps) += prior * sizes;
-  // Scaled, for the unknowns differ by many powers of ten.
-  const Eigen::VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::LLT<Eigen::MatrixXd> root(scale.asDiagonal() * information * scale.asDiagonal());
-  Posterior posterior;
-  if (root.info() != Eigen::Success) return posterior;
-  posterior.covariance = scale.asDiagonal() *
-                         root.solve(Eigen::MatrixXd::Identity(scale.size(), scale.size())) *
-                         scale.asDiagonal();
-  posterior.moved = -posterior.covariance * gradient;
-  posterior.log_evidence = -0.5 * (prior * sizes.squaredNorm() + gradient.dot(posterior.moved)) -
-                           root.matrixLLT().diagonal().array().log().sum() +
-                           scale.array().log().sum() -
-                           static_cast<double>(steps) * std::log(size_std);
-  return posterior;
 }
 
 // Moves path and steps as far along `way` as what is seen, the priors and that on the steps
@@ -203,7 +141,7 @@ std::optional<MotionChange> find_motion_change(GeometryProblem& given, GeometryF
   const std::vector<int> free = free_parameters(problem);
   const auto n = static_cast<Eigen::Index>(free.size());
   const auto count = static_cast<Eigen::Index>(steps.size());
-  const Normal normal = normal_equations(problem, fit.parameters, free);
+  const WanderNormal normal = normal_equations(problem, fit.parameters, free);
   Eigen::VectorXd sizes(count);
   for (Eigen::Index k = 0; k < count; ++k) sizes[k] = steps[static_cast<std::size_t>(k)].size;
   const double between_s = steps.size() > 1 ? steps[1].tau_s - steps[0].tau_s : 1.0;
@@ -219,45 +157,17 @@ std::optional<MotionChange> find_motion_change(GeometryProblem& given, GeometryF
     if (parameter == kAcceleration) prior.slopes[k] = scale_m;
   }
 
-  std::array<Posterior, kWanders.size()> posteriors;
-  std::array<double, kWanders.size()> variances{}, size_stds{};
-  double most = -INFINITY;
-  for (std::size_t i = 0; i < kWanders.size(); ++i) {
-    size_stds[i] = kWanders[i].mps2_per_root_s * std::sqrt(between_s) / scale_m;
-    // It wandered as much before, too.
-    variances[i] = std::pow(MetricPriors{}.acceleration_mps2.std, 2) +
-                   std::pow(kWanders[i].mps2_per_root_s, 2) * kBefore_s;
-    Normal wandering = normal;
-    prior.replace(wandering, variances[i]);
-    posteriors[i] = posterior_of(wandering, sizes, size_stds[i]);
-    posteriors[i].log_evidence += std::log(kWanders[i].share) + prior.log_density(variances[i]);
-    most = std::max(most, posteriors[i].log_evidence);
-  }
-  if (!std::isfinite(most)) return std::nullopt;
-  double sum = 0.0, variance = 0.0, precision = 0.0;
-  Eigen::VectorXd moved = Eigen::VectorXd::Zero(n + count);
-  Eigen::MatrixXd square = Eigen::MatrixXd::Zero(count, count);
-  for (std::size_t i = 0; i < posteriors.size(); ++i) {
-    const Posterior& one = posteriors[i];
-    const double weight = std::exp(one.log_evidence - most);
-    if (!(weight > 0.0)) continue;
-    sum += weight;
-    variance += weight * variances[i];
-    precision += weight / std::pow(size_stds[i], 2);
-    moved += weight * one.moved;
-    const Eigen::VectorXd size = one.moved.tail(count);
-    square += weight * (one.covariance.bottomRightCorner(count, count) + size * size.transpose());
-  }
-  moved /= sum;
-  prior_mps2.std = std::sqrt(variance / sum);
+  const auto mixture = mix_wanders(normal, prior, sizes, between_s, scale_m);
+  if (!mixture) return std::nullopt;
+  prior_mps2.std = std::sqrt(mixture->acceleration_variance);
   MotionChange change;
-  change.covariance = square / sum - moved.tail(count) * moved.tail(count).transpose();
+  change.covariance = mixture->covariance.bottomRightCorner(count, count);
   change.response = decltype(change.response)::Zero(kPathParameters, count);
   const Eigen::MatrixXd response = -normal.information.topLeftCorner(n, n).ldlt().solve(
       normal.information.topRightCorner(n, count));
   for (Eigen::Index k = 0; k < n; ++k)
     change.response.row(free[static_cast<std::size_t>(k)]) = response.row(k);
-  if (!go(problem, fit.parameters, free, moved, precision / sum)) return std::nullopt;
+  if (!go(problem, fit.parameters, free, mixture->moved, mixture->precision)) return std::nullopt;
   given = std::move(problem);
   return change;
 }

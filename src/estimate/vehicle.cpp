@@ -186,7 +186,7 @@ std::optional<DelayFit> delay_of(const Site& site, std::span<const VehiclePower>
     if (!offered.shared) traces.push_back(offered.trace);
   const auto outcome =
       delay_speed(site, traces, result.t_first_s - kBefore_s, result.t_last_s + kPassing_s,
-                  trajectory ? acceleration_of(*trajectory) : KnownAcceleration{});
+                  trajectory ? acceleration_of(*trajectory) : std::nullopt);
   MethodResult row = delay_row(outcome);
   if (traces.size() < power.size() && traces.size() < 2) row.speed = Miss::several_vehicles;
   result.methods.push_back(row);

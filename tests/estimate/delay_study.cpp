@@ -18,7 +18,20 @@ struct Case {
   double gain_std = 0.002;  // what the site file says
   double gain_error = 0.0;  // of the far one, beyond what gain_std draws
   double angular_gain = 0.0;
+  // Where given, vehicles that brake (or speed up) by this much and do not stop before the masts.
+  double acceleration_mps2 = NAN;
+  bool in_view = false;  // and begin to do so somewhere in view
 };
+
+simulated::Vehicle vehicle_of(const Case& tried, Random& random) {
+  simulated::Vehicle vehicle = simulated::random_vehicle(1.5, random);
+  if (std::isnan(tried.acceleration_mps2)) return vehicle;
+  vehicle.speed_mps = random.uniform(26.0, 35.0);
+  vehicle.acceleration_mps2 = tried.in_view ? 0.0 : tried.acceleration_mps2;
+  vehicle.change_s = random.uniform(0.2, 0.8) * 50.0 / vehicle.speed_mps;
+  vehicle.change_mps2 = tried.in_view ? tried.acceleration_mps2 : 0.0;
+  return vehicle;
+}
 
 struct Found {
   double error2 = 0.0, sigma2 = 0.0, bias = 0.0, worst = 0.0;
@@ -33,7 +46,7 @@ Found study(const Case& tried) {
   Random random(20260111);
   Found found;
   for (int i = 0; i < kTrials; ++i) {
-    const simulated::Vehicle vehicle = simulated::random_vehicle(1.5, random);
+    const simulated::Vehicle vehicle = vehicle_of(tried, random);
     const simulated::Beam beam = simulated::random_beam(tried.ripple, random);
     const double true_baseline_m = tried.baseline_m + tried.baseline_std_m * random.normal();
     const Site truth = simulated::two_photodiodes(true_baseline_m);
@@ -58,10 +71,12 @@ Found study(const Case& tried) {
     found.covered += fit->speed.lo95_mps <= truth_mps && truth_mps <= fit->speed.hi95_mps;
   }
   std::printf(
-      "B %.0f m +- %.0f mm, %.0f dB, ripple %.1f, gain std %.1f %% error %.1f %% angular %.1f %%: "
+      "B %.0f m +- %.0f mm, %.0f dB, ripple %.1f, gain std %.1f %% error %.1f %% angular %.1f %%, "
+      "%+.0f m/s^2 %s: "
       "n %d rmse %.3f %% own bound %.3f %% bias %+.3f %% coverage %.3f worst %.2f %%\n",
       tried.baseline_m, 1e3 * tried.baseline_std_m, tried.snr_db, tried.ripple,
-      100.0 * tried.gain_std, 100.0 * tried.gain_error, 100.0 * tried.angular_gain, found.used,
+      100.0 * tried.gain_std, 100.0 * tried.gain_error, 100.0 * tried.angular_gain,
+      tried.acceleration_mps2, tried.in_view ? "from somewhere in view" : "throughout", found.used,
       100.0 * found.rmse(), 100.0 * found.bound(), 100.0 * found.bias, found.coverage(),
       100.0 * found.worst);
   return found;
@@ -84,6 +99,16 @@ TEST_F(DelayStudy, AMismatchWithinItsSigmaIsCovered) {
   for (const Case& tried : {Case{.gain_std = 0.02}, Case{.angular_gain = 0.002},
                             Case{.gain_std = 0.01, .angular_gain = 0.01}})
     EXPECT_GE(study(tried).coverage(), 0.93 - kCoverageSlack);
+}
+
+TEST_F(DelayStudy, AnAccelerationThatChangesInViewIsCovered) {
+  for (const double acceleration_mps2 : {0.0, -1.0, 1.0, -3.0, -6.0})
+    for (const bool in_view : {false, true}) {
+      if (in_view && acceleration_mps2 == 0.0) continue;
+      const Found found = study({.acceleration_mps2 = acceleration_mps2, .in_view = in_view});
+      EXPECT_GE(found.used, kTrials * 98 / 100);
+      EXPECT_GE(found.coverage(), 0.95 - kCoverageSlack);
+    }
 }
 
 // Reported: what a mismatch does that the site file denies.

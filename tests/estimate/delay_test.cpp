@@ -11,7 +11,8 @@ using simulated::Receiving;
 struct Pair {
   PowerTrace near, far;
 
-  Outcome<DelayFit> speed(const Site& site, const KnownAcceleration& acceleration = {}) const {
+  Outcome<DelayFit> speed(const Site& site,
+                          const std::optional<KnownAcceleration>& acceleration = {}) const {
     const std::array<const PowerTrace*, 2> traces{&near, &far};
     return delay_speed(site, traces, 0.0, 8.0, acceleration);
   }
@@ -44,6 +45,21 @@ TEST(Delay, SpeedAndAccelerationNeedNothingButTheBaseline) {
   }
 }
 
+TEST(Delay, ABrakingThatBeginsInViewDoesNotBendTheSpeed) {
+  const Site site = simulated::two_photodiodes(2.0);
+  simulated::Vehicle vehicle;
+  vehicle.speed_mps = 28.0;
+  vehicle.change_s = 0.8;
+  for (const double change_mps2 : {-1.0, -4.0, 2.0}) {
+    vehicle.change_mps2 = change_mps2;
+    const auto fit = std::get<DelayFit>(pair_of(vehicle, site, {.snr_db = 60.0}).speed(site));
+    const double error_mps = fit.speed.speed_mps - vehicle.speed_at_mps(fit.speed.time_s);
+    EXPECT_LT(std::abs(error_mps), 3.0 * fit.speed.std_mps) << change_mps2;
+    EXPECT_LT(fit.speed.std_mps, 0.005 * fit.speed.speed_mps);
+    EXPECT_LT(std::abs(fit.acceleration_mps2 - change_mps2), 4.0 * fit.acceleration_std_mps2);
+  }
+}
+
 TEST(Delay, AKnownJumpOfAccelerationDoesNotBendTheSpeed) {
   const Site site = simulated::two_photodiodes(2.0);
   simulated::Vehicle vehicle;
@@ -51,7 +67,7 @@ TEST(Delay, AKnownJumpOfAccelerationDoesNotBendTheSpeed) {
   vehicle.change_s = 0.8;
   vehicle.change_mps2 = -4.0;
   const Pair pair = pair_of(vehicle, site, {.snr_db = 60.0});
-  KnownAcceleration known{.mps2 = {0.0, 4.0}, .jumps = {{0.8, -4.0}}, .covariance = {}};
+  KnownAcceleration known{.std_mps2 = 4.0, .jumps = {{0.8, -4.0}}, .covariance = {}};
   const auto fit = std::get<DelayFit>(pair.speed(site, known));
   const double error_mps = fit.speed.speed_mps - vehicle.speed_at_mps(fit.speed.time_s);
   EXPECT_LT(std::abs(error_mps), 4.0 * fit.speed.std_mps);

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "estimate/delay_model.h"
+
+namespace vildar {
+
+/// Times, from the reference, at which the acceleration of a vehicle may change: those known, or
+/// evenly over the light.
+std::vector<double> delay_steps_s(const DelayProblem& problem, const DelayRows& rows);
+
+/// A delay fit whose acceleration takes steps.
+struct DelayMotion {
+  Eigen::VectorXd value;       ///< all unknowns of the model
+  std::vector<int> known;      ///< those that `covariance` is of: kLogDelay, kAlpha, kLogFarGain if
+                               ///< free, and the steps
+  Eigen::MatrixXd covariance;  ///< by the blocks' own sigmas times the root of `noise_factor`
+  double acceleration_variance = 1.0;  ///< of the prior at the reference
+  double noise_factor = 1.0;  ///< of the variance, by which the blocks' own sigmas fall short
+};
+
+/// Lets the acceleration of a vehicle take the model's steps, starting from a fit with a constant
+/// one: known steps as they are known, others as far as the evidence of the light asks for. Nothing
+/// where the unknowns are not determined.
+std::optional<DelayMotion> find_delay_motion(const DelayProblem& problem, const DelayModel& model,
+                                             const DelayRows& rows, std::span<const double> steps_s,
+                                             const Eigen::VectorXd& constant);
+
+}  // namespace vildar
