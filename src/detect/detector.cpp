@@ -266,6 +266,7 @@ std::optional<FrameLight> Detector::State::look(const Frame& frame) {
   rules.min_area_px = options.min_area_px;
   const auto threshold = static_cast<std::size_t>(levels.threshold_code);
   rules.noise_codes = sigma[threshold] / std::max(slope[threshold], 1e-9f);
+  rules.upright = frame.rotation_deg == 0;
   rules.half_code = half_code;
   finder.clear();
   for (std::size_t g = 0; g < groups.count(); ++g) {

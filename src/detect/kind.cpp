@@ -44,6 +44,7 @@ RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, in
 
 bool like_a_lamp(const Peak& peak, const Measured& light, double peak_linear) {
   const bool clipped = peak.clipped_px > 0;
+  if (clipped && peak.head) return true;  // about it there may be nothing but what clips as well
   if (peak_linear < (clipped ? kLeastContrastClipped : kLeastContrast) * light.background)
     return false;
   if (light.spread_px.maxCoeff() > kWideSpread_px && peak_linear < kWideLeastPeak) return false;

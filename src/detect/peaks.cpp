@@ -80,6 +80,7 @@ void PeakFinder::close(int root, int valley_code, bool split, const PeakRules& r
     peak.box.v_min = std::min(peak.box.v_min, node.v);
     peak.box.v_max = std::max(peak.box.v_max, node.v);
     peak.clipped_px += node.code >= rules.clip_code;
+    peak.head |= node.foot;
     ++peak.count;
     pixels_.push_back({node.u, node.v});
   }
@@ -151,6 +152,8 @@ void PeakFinder::load(const LumaView& luma, std::span<const int> run_indices,
                                           static_cast<std::size_t>(box.v_max - box.v_min + 3)));
   nodes_.clear();
   plateau_.clear();
+  clipped_.clear();
+  const int clear_code = rules.clip_code - rules.least_valley_codes;
   // A little under the clipping code still counts as plateau: compression digs holes into it.
   const int plateau_code = rules.clip_code - rules.least_valley_codes / 2;
   for (const int index : run_indices) {
@@ -158,11 +161,36 @@ void PeakFinder::load(const LumaView& luma, std::span<const int> run_indices,
     const int row = (run.v - box.v_min + 1) * grid_width_ - box.u_min + 1;
     for_each_code(luma, run, [&](int u, int code) {
       if (code < floor_code) return;
+      if (code > clear_code) {
+        if (!clipped_.empty() && clipped_.back().v == run.v && clipped_.back().u_end == u)
+          ++clipped_.back().u_end;
+        else
+          clipped_.push_back({run.v, u, u + 1});
+      }
       if (code >= plateau_code) plateau_.push_back(static_cast<int>(nodes_.size()));
-      nodes_.push_back({u, run.v, code, code, row + u, kNone});
+      nodes_.push_back({u, run.v, code, code, row + u, kNone, false});
     });
   }
+  if (rules.upright) cut_below_heads(rules);
   fill_depths(rules.clip_code);
+}
+
+/// Digs a valley below each head.
+void PeakFinder::cut_below_heads(const PeakRules& rules) {
+  const int valley = rules.clip_code - rules.least_valley_codes;
+  const auto each_of = [&](const PixelRun& run, auto use) {
+    auto node = std::partition_point(nodes_.begin(), nodes_.end(), [&](const Node& one) {
+      return one.v != run.v ? one.v < run.v : one.u < run.u_begin;
+    });
+    for (; node != nodes_.end() && node->v == run.v && node->u < run.u_end; ++node) use(*node);
+  };
+  const std::vector<PixelRun>& cuts = heads_.cuts(clipped_);
+  for (const PixelRun& cut : cuts) {
+    each_of(cut, [&](Node& node) { node.height = std::min(node.height, valley); });
+    each_of({cut.v - 1, cut.u_begin, cut.u_end}, [](Node& node) { node.foot = true; });
+  }
+  if (!cuts.empty())
+    std::erase_if(plateau_, [&](int node) { return nodes_[node].height <= valley; });
 }
 
 int PeakFinder::join(int mine, int theirs, int height, const PeakRules& rules) {

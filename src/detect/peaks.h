@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "detect/heads.h"
 #include "detect/run_scan.h"
 #include "types/blob.h"
 #include "types/frame.h"
@@ -26,6 +27,7 @@ struct Peak {
   int area_px = 0;    ///< at the frame's threshold or, of a split light, above the valley
   PixelBox box;       ///< of its pixels, as stored
   bool split = false;  ///< shares its bright area with another
+  bool head = false;   ///< cut off the light below it, see HeadFinder
 };
 
 struct PeakRules {
@@ -33,6 +35,7 @@ struct PeakRules {
   int least_valley_codes = 10;  ///< depth that tells two peaks apart
   int min_area_px = 2;
   double noise_codes = 0.5;  ///< sigma of one pixel at the threshold
+  bool upright = true;       ///< rows run downwards in the world
   /// Code of half the light of each code, above the frame's background; indexed by code.
   std::span<const int> half_code;
 };
@@ -40,8 +43,9 @@ struct PeakRules {
 /// Splits bright areas into lights by a component tree: pixels join in falling order of code, and
 /// two areas that meet in a valley deep below both their peaks stay apart. Inside a clipped area
 /// the distance to its rim goes on where the code stops, so that two discs joined by a neck part as
-/// well. Of a wide area (lit road) only its brightest thousand pixels are looked at, and all
-/// that clip: the cost is that of the lights, not of what they shine on.
+/// well; lamps that stand on the light of a wet road are cut off it (HeadFinder). Of a wide area
+/// (lit road) only its brightest thousand pixels are looked at, and all that clip: the cost is that
+/// of the lights, not of what they shine on.
 class PeakFinder {
  public:
   /// Appends the lights of one bright area to peaks(). An area too small, or above the threshold by
@@ -61,6 +65,7 @@ class PeakFinder {
     int height;  // code, and depth inside a clipped area
     int cell;    // in the grid
     int next;    // of its set
+    bool foot;   // right above a cut
   };
   struct Set {
     int parent;       // set forest
@@ -78,15 +83,18 @@ class PeakFinder {
   int join(int mine, int theirs, int height, const PeakRules& rules);
   void close(int set, int valley_code, bool split, const PeakRules& rules);
   void fill_depths(int clip_code);
+  void cut_below_heads(const PeakRules& rules);
   void sort_by_height();
 
   std::vector<Peak> peaks_;
   std::vector<PixelAt> pixels_;
   std::vector<Node> nodes_;  // pixels of the area
   std::vector<Set> sets_;
-  std::vector<int> order_;    // nodes in falling order of height
-  std::vector<int> place_;    // where the next node of a height goes
-  std::vector<int> plateau_;  // nodes that clip
+  std::vector<int> order_;         // nodes in falling order of height
+  std::vector<int> place_;         // where the next node of a height goes
+  std::vector<int> plateau_;       // nodes that clip
+  std::vector<PixelRun> clipped_;  // runs of nodes no valley below
+  HeadFinder heads_;
   /// Padded box of the area, 0 between calls: depths of clipped pixels, then set + 1 of those that
   /// have one.
   std::vector<int> grid_;
