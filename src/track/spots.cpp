@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace vildar {
 namespace {
@@ -15,15 +16,29 @@ bool is_drawn_out(const Blob& blob) {
          height_px(blob.box) > kTall * width_px(blob.box);
 }
 
+// Before a high camera the elevation of a lamp says how large a metre is there, and its mirror
+// image stands as far below the road as the lamp above it. Undistorted pixels; nothing from low
+// down.
+std::optional<double> mirror_drop_px(const Blob& lamp, const RoadView& view) {
+  constexpr double kHighCamera_m = 2.0;
+  if (view.height_over_lamps_m() < kHighCamera_m) return std::nullopt;
+  const auto at_px = view.spot_from_pixel(lamp.centre_px);
+  if (!at_px) return std::nullopt;
+  const LampPlace at = view.place(*at_px);
+  return 2.0 * view.lamp_height_m() * at.inverse_depth_per_m * at.down_px.norm();
+}
+
 // A light in the same column whose own mirror image the streak could be: no farther above it than
-// the streak is long a few times over.
-bool shines_above(const Blob& lamp, const Blob& streak) {
-  constexpr double kColumnShare = 0.8, kColumn_px = 1.5, kReach = 3.0;
+// the streak is long a few times over, and with the image about the middle of the streak.
+bool shines_above(const Blob& lamp, const Blob& streak, const RoadView& view) {
+  constexpr double kColumnShare = 0.8, kColumn_px = 1.5, kReach = 3.0, kMostDrops = 1.6;
   if (&lamp == &streak || lamp.kind == LampKind::other) return false;
   const double off_px = std::abs(lamp.centre_px.x() - streak.centre_px.x());
   if (off_px > kColumn_px + kColumnShare * width_px(streak.box)) return false;
   const double gap_px = streak.box.v_min - lamp.centre_px.y();
-  return gap_px > -0.5 * width_px(streak.box) && gap_px < kReach * height_px(streak.box);
+  if (gap_px < -0.5 * width_px(streak.box) || gap_px > kReach * height_px(streak.box)) return false;
+  const auto drop_px = mirror_drop_px(lamp, view);
+  return !drop_px || gap_px + 0.5 * height_px(streak.box) < kMostDrops * *drop_px;
 }
 
 // Light right below a lamp, in its columns and all but touching: its image on a wet road, cut off
@@ -58,13 +73,14 @@ std::vector<Spot> spots_of(const BlobFrame& frame, const RoadView& view) {
     const bool drawn_out = is_drawn_out(blob);
     const bool streak =
         drawn_out && std::any_of(frame.blobs.begin(), frame.blobs.end(),
-                                 [&](const Blob& lamp) { return shines_above(lamp, blob); });
-    if (drawn_out && !streak) centre_px.y() = blob.box.v_min + 0.5 * (width_px(blob.box) - 1.0);
+                                 [&](const Blob& lamp) { return shines_above(lamp, blob, view); });
+    if (drawn_out && !streak && blob.kind != LampKind::other)
+      centre_px.y() = blob.box.v_min + 0.5 * (width_px(blob.box) - 1.0);
     const auto at_px = view.spot_from_pixel(centre_px);
     if (!at_px) continue;
     Spot& spot = spots.emplace_back(spot_of(blob, centre_px, *at_px));
     spot.streak = streak;
-    spot.with_streak = drawn_out && !streak;
+    spot.with_streak = drawn_out && !streak && blob.kind != LampKind::other;
     const auto holds = [&](const Blob& light) { return hangs_below(light, blob); };
     if (spot.with_streak || std::any_of(frame.blobs.begin(), frame.blobs.end(), holds))
       spot.centre_sigma_px.y() =

@@ -33,5 +33,30 @@ TEST(Spots, ALampIsLessSureOfItsHeightWhereLightHangsBelowIt) {
     EXPECT_NEAR(height_sigma_px({lamp, blob_in(apart)}), kAlone_px, 1e-9) << apart.u_min;
 }
 
+// A lamp 90 m away, 5 px wide, whose own image on the road makes one blob of 5 x 31 with it. The
+// image of a lamp 40 m farther on ends above that blob's middle.
+TEST(Spots, ALampWithItsStreakIsNoStreakOfALampFartherOn) {
+  const Site site = scene::site_of(5.0, -6.0, 1400.0, 1920, 1080);
+  const RoadView view(site);
+  const Camera camera(*site.camera);
+  const auto pixel_at = [&](double range_m) {
+    return *camera.project({range_m, -4.0, view.lamp_height_m()});
+  };
+  const auto blob_at = [&](const Eigen::Vector2d& lamp_px, int height_px) {
+    const int u = static_cast<int>(lamp_px.x()), v = static_cast<int>(lamp_px.y());
+    return blob_in({u - 2, v - 2, u + 2, v - 2 + height_px - 1});
+  };
+  const Eigen::Vector2d near_px = pixel_at(90.0), far_px = pixel_at(130.0);
+  const std::vector<Spot> spots =
+      spots_of({0, CameraTime{}, {blob_at(far_px, 5), blob_at(near_px, 31)}}, view);
+  EXPECT_FALSE(spots[1].streak);
+  EXPECT_NEAR(spots[1].centre_px.y(), near_px.y(), 1.0);
+  // Its own image, parted from the lamp, is one.
+  const double drop_px = 2.0 * view.lamp_height_m() / 90.0 * 1400.0;
+  const Eigen::Vector2d image_px = near_px + Eigen::Vector2d(0.0, drop_px - 8.0);
+  EXPECT_TRUE(
+      spots_of({0, CameraTime{}, {blob_at(near_px, 5), blob_at(image_px, 20)}}, view)[1].streak);
+}
+
 }  // namespace
 }  // namespace vildar
