@@ -41,14 +41,18 @@ struct LampRecord {
 class RunningShare {
  public:
   void add(bool held, int memory) {
+    ever_held_ += held;
+    ++ever_looks_;
     looks_ = looks_ < memory ? looks_ + 1 : memory;
     share_ += ((held ? 1.0 : 0.0) - share_) / looks_;
   }
   double share() const { return share_; }
   int looks() const { return looks_; }
+  /// Of all looks.
+  double share_of_all() const { return ever_looks_ > 0 ? ever_held_ / ever_looks_ : 0.0; }
 
  private:
-  double share_ = 0.0;
+  double share_ = 0.0, ever_held_ = 0.0, ever_looks_ = 0.0;
   int looks_ = 0;
 };
 

@@ -20,6 +20,8 @@ struct Spread {
 };
 // Of ln strength about that of strong lamps.
 constexpr Spread kLampLn{-0.4, 0.8}, kGlintLn{-1.5, 1.0};
+// High beams over low beams, and how sharply more than that is too much.
+constexpr double kStrongestLn = 2.3, kStrongestSigmaLn = 0.4;
 
 double log_odds_of_share(double share, Chance chance) {
   return kFacts * (share * std::log(chance.lamp / chance.glint) +
@@ -40,10 +42,13 @@ double lone_lamp_log_odds(const LoneLight& light) {
   log_odds += light.lamps_clip
                   ? log_odds_of_share(light.clipped_share, kClips)
                   : kFacts * light.clipped_share * std::log(kClips.lamp / kClips.glint);
-  // Stronger than strong lamps is as good as strong: a high beam.
+  // Stronger than strong lamps is as good as strong: a high beam. Far stronger than that are
+  // several lamps in one, or what they light.
   if (light.strength_ln) {
     const double strength_ln = std::fmin(*light.strength_ln, kLampLn.mean);
     log_odds += log_density(strength_ln, kLampLn) - log_density(strength_ln, kGlintLn);
+    const double beyond = std::fmax(0.0, *light.strength_ln - kStrongestLn) / kStrongestSigmaLn;
+    log_odds -= 0.5 * beyond * beyond;
   }
   return log_odds;
 }

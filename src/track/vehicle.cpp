@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "track/lone_light.h"
+#include "track/lone_parts.h"
 
 namespace vildar {
 namespace {
@@ -11,6 +12,7 @@ namespace {
 constexpr double kFaintPair = 2.5, kFaintSingle = 1.5;
 constexpr double kLeastPairShare = 0.15, kLeastPairShareMoving = 0.3;
 constexpr double kMostChi2 = 11.0;
+constexpr double kMostPairChi2 = 30.0;  // of one frame, about 2 degrees of freedom
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -100,54 +102,6 @@ bool motion_contradicts(const std::vector<PairLook>& looks, LampKind kind, const
   return closing_mps / kScaleDoubt - kSlow_mps > ego_mps;
 }
 
-// Before the pair was seen a lone lamp may have been another light: what is long before, or was of
-// another brightness, is left out unless the one blob held both lamps.
-void drop_strangers_before(std::vector<VehicleSighting>& sightings) {
-  constexpr double kShortlyBefore_s = 3.0, kMostStepLn = 1.0, kMemory = 0.3;
-  const auto is_pair = [](const VehicleSighting& one) { return one.left && one.right; };
-  const auto first = std::find_if(sightings.begin(), sightings.end(), is_pair);
-  if (first == sightings.end()) return;
-  const auto flux_ln = [](const LampSighting& lamp) { return std::log(std::max(lamp.flux, 1e-9)); };
-  double left_ln = flux_ln(*first->left), right_ln = flux_ln(*first->right);
-  auto keep_from = first;
-  for (; keep_from != sightings.begin(); --keep_from) {
-    const VehicleSighting& before = *(keep_from - 1);
-    const LampSighting& lamp = before.left ? *before.left : *before.right;
-    if (has(lamp.defects, Defect::merged)) continue;
-    double& then_ln = before.left ? left_ln : right_ln;
-    const double step_ln = flux_ln(lamp) - then_ln;
-    if (seconds_of(first->time) - seconds_of(before.time) > kShortlyBefore_s ||
-        std::abs(step_ln) > kMostStepLn)
-      break;
-    then_ln += kMemory * step_ln;
-  }
-  sightings.erase(sightings.begin(), keep_from);
-}
-
-// A lamp left alone for long has lost what shows that it is still the vehicle's.
-void drop_lone_tail(std::vector<VehicleSighting>& sightings) {
-  constexpr double kShortlyAfter_s = 1.0;
-  const auto last = std::find_if(sightings.rbegin(), sightings.rend(),
-                                 [](const auto& one) { return one.left && one.right; });
-  if (last == sightings.rend()) return;
-  const double until_s = seconds_of(last->time) + kShortlyAfter_s;
-  std::erase_if(sightings, [&](const auto& one) {
-    const LampSighting& lamp = one.left ? *one.left : *one.right;
-    return seconds_of(one.time) > until_s && !has(lamp.defects, Defect::merged);
-  });
-}
-
-// A short time as a pair does not vouch for a long one as a lone light, which in a queue may have
-// been the glare of others: what is farthest from the pair goes first.
-void drop_what_no_pair_vouches_for(std::vector<VehicleSighting>& sightings, double least_share) {
-  const auto is_pair = [](const VehicleSighting& one) { return one.left && one.right; };
-  const auto pairs = static_cast<double>(std::ranges::count_if(sightings, is_pair));
-  const auto lone_before = std::ranges::find_if(sightings, is_pair) - sightings.begin();
-  const auto spare = std::ssize(sightings) - static_cast<std::ptrdiff_t>(pairs / least_share);
-  if (spare > 0)
-    sightings.erase(sightings.begin(), sightings.begin() + std::min(spare, lone_before));
-}
-
 bool beside_the_road(const std::vector<double>& laterals_m,
                      const std::vector<double>& lateral_sigmas_m, const RoadView& view) {
   constexpr double kMargin_m = 2.0, kMarginShare = 0.25, kSigmas = 2.5;
@@ -192,7 +146,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   std::vector<PairLook> looks;
   std::vector<double> laterals_m, lateral_sigmas_m, strengths, tail_log_odds;
   int clipped = 0;
-  track.sightings.clear();
+  std::vector<SeenVehicle> seen;
   for (std::size_t i = 0, j = 0; i < left.size() || j < right.size();) {
     const bool use_left = j == right.size() || (i < left.size() && left[i].frame <= right[j].frame);
     const bool use_right =
@@ -205,8 +159,10 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       if (use_left) sighting.left = sighting_of(left[i]);
       if (use_right) sighting.right = sighting_of(right[j]);
     }
+    bool fits = true;
     if (sighting.left && sighting.right) {
       const PairFit fit = view.fit_pair(left[i].at_px, right[j].at_px, 1.0);
+      fits = fit.chi2 < kMostPairChi2;
       const Eigen::Vector2d middle_px = 0.5 * (left[i].at_px + right[j].at_px);
       looks.push_back({seconds_of(first.time), view.place(middle_px).slope_down,
                        fit.inverse_depth_per_m, fit.width_per_depth, middle_px});
@@ -217,15 +173,15 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       const double flux = std::min(left[i].sighting.flux, right[j].sighting.flux);
       strengths.push_back(std::log(std::max(flux, 1e-9)) - 2.0 * std::log(fit.inverse_depth_per_m));
     }
-    track.sightings.push_back(sighting);
+    seen.push_back({sighting, first.merged_px > 0.0, fits});
     i += use_left;
     j += use_right;
   }
 
-  drop_strangers_before(track.sightings);
-  drop_lone_tail(track.sightings);
   const double pair_share = view.moving_sensor() ? kLeastPairShareMoving : kLeastPairShare;
-  drop_what_no_pair_vouches_for(track.sightings, pair_share);
+  drop_strange_parts(seen, pair_share);
+  track.sightings.clear();
+  for (const SeenVehicle& one : seen) track.sightings.push_back(one.sighting);
 
   // A camera that moves sees everything move: it takes longer to know a vehicle.
   constexpr int kFewestPairs = 3, kFewestPairsMoving = 5;
@@ -273,8 +229,10 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   constexpr double kBelowHorizonSigmas = 2.0, kSpeedSigmas = 2.5;
   if (lamp.sightings() < options.min_sightings || lamp.lived_s() < options.min_duration_s)
     return Verdict::short_track;
-  if (lamp.mirrored.share() > kShare || lamp.on_vehicle.share() > kShare)
-    return Verdict::reflection;
+  // What is a glint is one to the end; a lamp may pass by where glints would be.
+  const double mirrored_share = std::min(lamp.mirrored.share(), lamp.mirrored.share_of_all());
+  const double riding_share = std::min(lamp.on_vehicle.share(), lamp.on_vehicle.share_of_all());
+  if (mirrored_share > kShare || riding_share > kShare) return Verdict::reflection;
   if (lamp.fixed || lamp.above.share() > kShare) return Verdict::static_light;
   constexpr double kRedShare = 0.5;
   if (lamp.kind() == LampKind::other || lamp.lived_s() < options.min_single_lamp_s ||
@@ -305,8 +263,8 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   const double clipped_share = clipped / static_cast<double>(held);
   const auto streaks = std::ranges::count_if(lamp.records, &LampRecord::streak);
   LoneLight light;
-  light.riding_share = lamp.on_vehicle.share();
-  light.mirrored_share = std::max(lamp.mirrored.share(), static_cast<double>(streaks) / held);
+  light.riding_share = riding_share;
+  light.mirrored_share = std::max(mirrored_share, static_cast<double>(streaks) / held);
   light.clipped_share = clipped_share;
   light.lamps_clip = lights.usually_clips(lamp.kind());
   if (const auto typical = lights.typical(lamp.kind()))

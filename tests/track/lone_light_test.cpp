@@ -30,7 +30,11 @@ TEST(LoneLight, NotToClipSpeaksAgainstALampOnlyWhereLampsClip) {
 
 TEST(LoneLight, AHighBeamIsNoLessALamp) {
   EXPECT_DOUBLE_EQ(lone_lamp_log_odds({0.0, 0.0, 1.0, true, -0.4}),
-                   lone_lamp_log_odds({0.0, 0.0, 1.0, true, 3.0}));
+                   lone_lamp_log_odds({0.0, 0.0, 1.0, true, 2.0}));
+}
+
+TEST(LoneLight, SeveralLampsInOneAreNoLamp) {
+  EXPECT_LT(lone_lamp_log_odds({0.0, 0.0, 1.0, true, 4.0}), -std::log(20.0));
 }
 
 }  // namespace

@@ -1,0 +1,120 @@
+#include "track/lone_parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace vildar {
+namespace {
+
+using Frames = std::vector<SeenVehicle>;
+
+bool both_seen(const SeenVehicle& one) { return one.sighting.left && one.sighting.right; }
+bool is_pair(const SeenVehicle& one) { return both_seen(one) && one.fits; }
+double time_s(const SeenVehicle& one) { return seconds_of(one.sighting.time); }
+double width_px(const PixelBox& box) { return box.u_max - box.u_min + 1.0; }
+
+bool drawn_out(const LampSighting& lamp) {
+  constexpr double kTall = 1.6;
+  return lamp.box.v_max - lamp.box.v_min + 1.0 > kTall * width_px(lamp.box);
+}
+
+/// What a lamp was like where it was last seen as itself.
+class Likeness {
+ public:
+  explicit Likeness(const LampSighting& lamp)
+      : flux_ln_(flux_ln(lamp)), width_px_(width_px(lamp.box)) {}
+
+  bool too_wide(const LampSighting& lamp) const {
+    constexpr double kShare = 1.6, kGive_px = 1.0;
+    return width_px(lamp.box) > kShare * width_px_ + kGive_px;
+  }
+  /// Of a lamp run together with its image on the road the light says nothing.
+  bool of_other_light(const LampSighting& lamp) const {
+    constexpr double kMostStepLn = 1.0;
+    return !drawn_out(lamp) && std::abs(flux_ln(lamp) - flux_ln_) > kMostStepLn;
+  }
+  void learn(const LampSighting& lamp) {
+    constexpr double kMemory = 0.3;
+    if (!drawn_out(lamp)) flux_ln_ += kMemory * (flux_ln(lamp) - flux_ln_);
+    width_px_ += kMemory * (width_px(lamp.box) - width_px_);
+  }
+
+ private:
+  static double flux_ln(const LampSighting& lamp) { return std::log(std::max(lamp.flux, 1e-9)); }
+  double flux_ln_, width_px_;
+};
+
+const LampSighting& only_lamp(const SeenVehicle& one) {
+  return one.sighting.left ? *one.sighting.left : *one.sighting.right;
+}
+
+/// Going back from the first pair.
+void drop_strangers_before(Frames& seen) {
+  constexpr double kShortlyBefore_s = 3.0, kLongestGap_s = 0.5;
+  const auto first = std::ranges::find_if(seen, is_pair);
+  if (first == seen.end()) return;
+  Likeness left(*first->sighting.left), right(*first->sighting.right);
+  double until_s = time_s(*first);
+  Frames kept;
+  for (auto one = std::make_reverse_iterator(first); one != seen.rend(); ++one) {
+    if (time_s(*first) - time_s(*one) > kShortlyBefore_s || until_s - time_s(*one) > kLongestGap_s)
+      break;
+    if (both_seen(*one)) continue;
+    if (!one->both_in_one) {
+      const LampSighting& lamp = only_lamp(*one);
+      Likeness& then = one->sighting.left ? left : right;
+      if (then.too_wide(lamp) || then.of_other_light(lamp)) continue;
+      then.learn(lamp);
+    }
+    until_s = time_s(*one);
+    kept.push_back(*one);
+  }
+  std::ranges::reverse(kept);
+  seen.erase(seen.begin(), first);
+  seen.insert(seen.begin(), kept.begin(), kept.end());
+}
+
+void drop_merged_later(Frames& seen) {
+  std::optional<Likeness> left, right;
+  std::erase_if(seen, [&](const SeenVehicle& one) {
+    if (one.both_in_one) return false;
+    if (is_pair(one)) {
+      left ? left->learn(*one.sighting.left) : void(left.emplace(*one.sighting.left));
+      right ? right->learn(*one.sighting.right) : void(right.emplace(*one.sighting.right));
+      return false;
+    }
+    if (both_seen(one)) return true;
+    const auto& then = one.sighting.left ? left : right;
+    return then && then->too_wide(only_lamp(one));
+  });
+}
+
+// A lamp left alone for long has lost what shows that it is still the vehicle's.
+void drop_lone_tail(Frames& seen) {
+  constexpr double kShortlyAfter_s = 1.0;
+  const auto last = std::find_if(seen.rbegin(), seen.rend(), is_pair);
+  if (last == seen.rend()) return;
+  const double until_s = time_s(*last) + kShortlyAfter_s;
+  std::erase_if(seen, [&](const auto& one) { return time_s(one) > until_s && !one.both_in_one; });
+}
+
+// A short time as a pair does not vouch for a long one as a lone light, which in a queue may have
+// been the glare of others: what is farthest from the pair goes first.
+void drop_what_no_pair_vouches_for(Frames& seen, double least_share) {
+  const auto pairs = static_cast<double>(std::ranges::count_if(seen, is_pair));
+  const auto lone_before = std::ranges::find_if(seen, is_pair) - seen.begin();
+  const auto spare = std::ssize(seen) - static_cast<std::ptrdiff_t>(pairs / least_share);
+  if (spare > 0) seen.erase(seen.begin(), seen.begin() + std::min(spare, lone_before));
+}
+
+}  // namespace
+
+void drop_strange_parts(Frames& seen, double least_pair_share) {
+  drop_strangers_before(seen);
+  drop_merged_later(seen);
+  drop_lone_tail(seen);
+  drop_what_no_pair_vouches_for(seen, least_pair_share);
+}
+
+}  // namespace vildar

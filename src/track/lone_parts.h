@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include "types/vehicle_track.h"
+
+namespace vildar {
+
+/// A frame of a vehicle.
+struct SeenVehicle {
+  VehicleSighting sighting;
+  bool both_in_one = false;  ///< one blob held both lamps
+  bool fits = true;          ///< where both were seen, as one vehicle's lamps
+};
+
+/// Leaves out the frames of a vehicle in which one light alone was seen, where that may not have
+/// been its lamp: long before it was first seen as a pair or a while after it last was; as wide as
+/// no lamp of it is, or before that pair of another brightness (merged with other lights, or one of
+/// them); or more of them before the first pair than `least_pair_share` pairs can vouch for. In
+/// order of frames.
+void drop_strange_parts(std::vector<SeenVehicle>& seen, double least_pair_share);
+
+}  // namespace vildar
