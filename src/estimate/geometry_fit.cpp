@@ -3,7 +3,6 @@
 #include <ceres/ceres.h>
 
 #include "estimate/geometry_cost.h"
-#include "estimate/solve.h"
 
 namespace vildar {
 void add_geometry(const GeometryProblem& problem, double* path, const std::vector<int>& free,
@@ -48,23 +47,24 @@ std::optional<double> geometry_cost(const GeometryProblem& problem, const PathVe
 }
 
 Outcome<GeometryFit> fit_geometry(const GeometryProblem& problem, const PathVector& start) {
-  if (!geometry_cost(problem, start)) return Miss::not_converged;
+  constexpr double kTolerance = 1e-4;  // sigmas
+  const std::vector<int> free = free_parameters(problem);
   GeometryFit fit;
   fit.parameters = start;
-  ceres::HuberLoss loss(kHuberBound);
-  ceres::Problem::Options options;
-  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::Problem ceres_problem(options);
-  const std::vector<int> free = free_parameters(problem);
-  add_geometry(problem, fit.parameters.data(), free, &loss, ceres_problem);
-  const auto solved = solve(ceres_problem, {fit.parameters.data()});
-  if (const Miss* miss = std::get_if<Miss>(&solved)) return *miss;
-  const Solution& solution = std::get<Solution>(solved);
-  fit.cost = solution.cost;
-  for (std::size_t i = 0; i < free.size(); ++i)
-    for (std::size_t j = 0; j < free.size(); ++j)
-      fit.covariance(free[i], free[j]) =
-          solution.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+  const auto outcome = descend(
+      [&](const Eigen::VectorXd& unknowns, bool with_slopes) {
+        fit.parameters(free) = unknowns;
+        return geometry_residuals(problem, fit.parameters, free,
+                                  with_slopes ? Slopes::of_path : Slopes::none);
+      },
+      start(free), kTolerance);
+  if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
+  const Minimum& minimum = std::get<Minimum>(outcome);
+  const auto covariance = inverse_information(minimum.information);
+  if (!covariance) return Miss::unobservable;
+  fit.cost = minimum.cost;
+  fit.parameters(free) = minimum.unknowns;
+  fit.covariance(free, free) = *covariance;
   const PriorResidual priors{&problem};
   Eigen::VectorXd residual(priors.count());
   priors(fit.parameters.data(), residual.data());

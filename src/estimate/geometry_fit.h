@@ -6,6 +6,7 @@
 #include "core/outcome.h"
 #include "estimate/camera_view.h"
 #include "estimate/path_model.h"
+#include "estimate/solve.h"
 
 namespace vildar {
 
@@ -53,6 +54,14 @@ std::vector<int> free_parameters(const GeometryProblem& problem);
 /// Half the robust sum of squares at `parameters`; nothing where a lamp would lie behind the
 /// camera.
 std::optional<double> geometry_cost(const GeometryProblem& problem, const PathVector& parameters);
+
+enum class Slopes { none, of_path, of_path_and_steps };
+
+/// Residuals of the same, bearings first; slopes by `free` and, where asked for, by the sizes of
+/// the setting's acceleration steps.
+std::optional<Residuals> geometry_residuals(const GeometryProblem& problem,
+                                            const PathVector& parameters,
+                                            const std::vector<int>& free, Slopes slopes);
 
 /// Least squares from `start` (Levenberg-Marquardt, Huber loss per lamp).
 /// Misses: not_converged, unobservable (the information matrix is singular).

@@ -39,16 +39,26 @@ LightSetting light_setting(const Site& site, double time_offset_std_s) {
   return light;
 }
 
+PathPoint<double> place_at(const Trajectory& trajectory, double time_s) {
+  return vehicle_point(trajectory.fit.parameters.data(), trajectory.problem.setting,
+                       time_s - trajectory.problem.reference_s);
+}
+
+Eigen::Vector3d lamps_from(const Eigen::Vector3d& receiver_m, const PathPoint<double>& place,
+                           const Trajectory& trajectory) {
+  return Eigen::Vector3d(place.x_m, place.y_m, trajectory.lamp_height_m()) - receiver_m;
+}
+
 // Part of the track in which the beam model holds for this photodiode and it faces the vehicle.
 bool lights(const Trajectory& trajectory, const PhotodiodeSite& site, const Receiver& receiver,
             double time_s) {
-  const MotionState state = trajectory.at(time_s);
-  const Eigen::Vector3d toward(state.range_m - receiver.position_m.x(),
-                               state.lateral_m - receiver.position_m.y(),
-                               trajectory.lamp_height_m() - receiver.position_m.z());
-  if (!(toward.x() > 0.0) || !(state.over_ground_mps > 0.0)) return false;
-  const auto place = vehicle_point(trajectory.fit.parameters.data(), trajectory.problem.setting,
-                                   time_s - trajectory.problem.reference_s);
+  const PathPoint<double> place = place_at(trajectory, time_s);
+  const Eigen::Vector3d toward = lamps_from(receiver.position_m, place, trajectory);
+  const PathVector& path = trajectory.fit.parameters;
+  const double tau_s = time_s - trajectory.problem.reference_s;
+  const double closing_rate = path[kClosingRate] + tau_s * path[kAcceleration] +
+                              trajectory.problem.setting.departed_rate(tau_s);
+  if (!(toward.x() > 0.0) || !(closing_rate > 0.0)) return false;
   if (std::abs(std::atan2(toward.y(), toward.x()) - place.heading_rad) > kBeamEdge_rad)
     return false;
   const Eigen::Vector3d axis(std::cos(site.pitch_rad) * std::cos(site.yaw_rad),
@@ -60,11 +70,8 @@ bool lights(const Trajectory& trajectory, const PhotodiodeSite& site, const Rece
 // Mean of D^-2 over a block by Simpson's rule, over that in its middle.
 double bulge_of(const Trajectory& trajectory, const Receiver& receiver, const PowerBlock& block) {
   const auto light = [&](double time_s) {
-    const MotionState state = trajectory.at(time_s);
-    const Eigen::Vector3d apart_m =
-        Eigen::Vector3d(state.range_m, state.lateral_m, trajectory.lamp_height_m()) -
-        receiver.position_m;
-    return 1.0 / apart_m.squaredNorm();
+    return 1.0 /
+           lamps_from(receiver.position_m, place_at(trajectory, time_s), trajectory).squaredNorm();
   };
   const double half_s = 0.5 * block.duration_s;
   const double middle = light(block.time_s);
@@ -123,25 +130,6 @@ void set_sigmas(JointProblem& joint, double unmodelled, std::span<const double> 
       block.sigma = factors[r] * std::hypot(block.noise, unmodelled * block.light);
 }
 
-// With the camera's trajectory, the gain that the brightest stretch asks for.
-double first_log_gain(const JointProblem& problem, const PathVector& path, LightVector light) {
-  light[kLogGain] = 0.0;
-  double sum = 0.0, weight = 0.0;
-  for (const Lit& lit : problem.receivers)
-    for (const LitBlock& block : lit.blocks) {
-      const double signal = block.light;
-      double value = 0.0;
-      if (!(signal > 3.0 * block.sigma) ||
-          !log_power(path.data(), light.data(), problem.light, lit.receiver.position_m, 0.0,
-                     block.time_s - problem.geometry.reference_s, value))
-        continue;
-      const double w = std::pow(signal / block.sigma, 2);
-      sum += w * (std::log(signal) - value - lit.start[kLogRatio]);
-      weight += w;
-    }
-  return weight > 0.0 ? sum / weight : 0.0;
-}
-
 std::optional<Miss> prepare_joint(const Trajectory& camera_only, const Site& site,
                                   std::span<const VehiclePower> power, double from_s, double to_s,
                                   JointProblem& joint) {
@@ -161,6 +149,7 @@ std::optional<Miss> prepare_joint(const Trajectory& camera_only, const Site& sit
   }
   if (joint.receivers.empty()) return shared ? Miss::several_vehicles : Miss::below_noise;
   if (blocks < kFewestBlocks) return Miss::too_few_samples;
+  joint.span_s = to_s - from_s;
   joint.geometry = camera_only.problem;
   joint.light = light_setting(site, offset_std_s);
   joint.light.problem = &joint.geometry;

@@ -34,6 +34,7 @@ struct JointProblem {
   LightSetting light;
   std::vector<Lit> receivers;
   std::int64_t samples = 0;  ///< photodiode samples behind all blocks
+  double span_s = 0.0;       ///< length of the part of the traces
 };
 
 /// Fills `joint` with the part of the traces, between two clip times, in which the vehicle faces
@@ -46,8 +47,5 @@ std::optional<Miss> prepare_joint(const Trajectory& camera_only, const Site& sit
 /// Sigmas of all blocks from their noise, a share of the light that the model leaves out, and a
 /// factor for each photodiode.
 void set_sigmas(JointProblem& joint, double unmodelled, std::span<const double> factors);
-
-/// ln of the gain that the blocks clear of the noise ask for on this path.
-double first_log_gain(const JointProblem& joint, const PathVector& path, LightVector light);
 
 }  // namespace vildar

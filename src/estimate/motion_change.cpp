@@ -5,16 +5,13 @@
 #include <cmath>
 #include <vector>
 
-#include <ceres/jet.h>
 #include <Eigen/Cholesky>
 
-#include "estimate/geometry_cost.h"
+#include "estimate/geometry_fit.h"
 #include "estimate/wander.h"
 
 namespace vildar {
 namespace {
-
-using PathJet = ceres::Jet<double, kPathParameters>;
 
 constexpr int kMostSteps = 16, kFewestSteps = 3, kFramesPerStep = 4;
 
@@ -26,72 +23,6 @@ std::vector<AccelerationStep> even_steps(const GeometryProblem& problem, int fra
   const double length_s = problem.lamps.back().time_s - problem.lamps.front().time_s;
   for (int i = 1; i <= count; ++i) steps.push_back({from_s + length_s * i / (count + 1), 0.0});
   return steps;
-}
-
-// Of all priors' residuals, which the sizes of the steps enter linearly, by each of these.
-Eigen::MatrixXd prior_slopes(const GeometryProblem& problem, const PathVector& parameters) {
-  const auto steps = static_cast<Eigen::Index>(problem.setting.steps.size());
-  const Eigen::Index count = PriorResidual{&problem}.count();
-  Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(count, steps);
-  if (!problem.priors.motion) return slopes;
-  GeometryProblem moved = problem;
-  Eigen::VectorXd before(count), after(count);
-  PriorResidual{&problem}(parameters.data(), before.data());
-  for (Eigen::Index k = 0; k < steps; ++k) {
-    double& size = moved.setting.steps[static_cast<std::size_t>(k)].size;
-    size += 1.0;
-    PriorResidual{&moved}(parameters.data(), after.data());
-    size -= 1.0;
-    slopes.col(k) = after - before;
-  }
-  return slopes;
-}
-
-// Normal equations of the path's free unknowns and of the sizes of the steps.
-WanderNormal normal_equations(const GeometryProblem& problem, const PathVector& parameters,
-                              const std::vector<int>& free) {
-  const auto n = static_cast<Eigen::Index>(free.size());
-  const std::vector<AccelerationStep>& steps = problem.setting.steps;
-  const Eigen::Index size = n + static_cast<Eigen::Index>(steps.size());
-  WanderNormal normal{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)};
-  const auto add = [&](const Eigen::VectorXd& by, double residual) {
-    normal.information.selfadjointView<Eigen::Lower>().rankUpdate(by);
-    normal.gradient += residual * by;
-  };
-  std::array<PathJet, kPathParameters> path;
-  for (int i = 0; i < kPathParameters; ++i)
-    path[static_cast<std::size_t>(i)] = PathJet(parameters[i], i);
-  Eigen::VectorXd slopes(size);
-  for (std::size_t i = 0; i < problem.lamps.size(); ++i) {
-    std::array<PathJet, 2> residual;
-    if (!LampResidual{&problem, i}(path.data(), residual.data())) continue;
-    const double tau_s = problem.lamps[i].time_s - problem.reference_s;
-    const double norm = std::hypot(residual[0].a, residual[1].a);
-    const double weight = std::sqrt(std::min(1.0, kHuberBound / std::max(norm, 1e-12)));
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      for (Eigen::Index k = 0; k < n; ++k)
-        slopes[k] = weight * residual[axis].v[free[static_cast<std::size_t>(k)]];
-      // A step moves the vehicle as a closing rate would that has gone as far by then.
-      const double by_rate = weight * residual[axis].v[kClosingRate];
-      for (std::size_t k = 0; k < steps.size(); ++k) {
-        const double moved = steps[k].way(tau_s);
-        slopes[n + static_cast<Eigen::Index>(k)] = moved == 0.0 ? 0.0 : by_rate * moved / tau_s;
-      }
-      add(slopes, weight * residual[axis].a);
-    }
-  }
-  const PriorResidual priors{&problem};
-  std::vector<PathJet> residuals(static_cast<std::size_t>(priors.count()));
-  priors(path.data(), residuals.data());
-  const Eigen::MatrixXd by_size = prior_slopes(problem, parameters);
-  for (std::size_t i = 0; i < residuals.size(); ++i) {
-    for (Eigen::Index k = 0; k < n; ++k)
-      slopes[k] = residuals[i].v[free[static_cast<std::size_t>(k)]];
-    slopes.tail(size - n) = by_size.row(static_cast<Eigen::Index>(i));
-    add(slopes, residuals[i].a);
-  }
-  normal.information = Eigen::MatrixXd(normal.information.selfadjointView<Eigen::Lower>());
-  return normal;
 }
 
 // Moves path and steps as far along `way` as what is seen, the priors and that on the steps
@@ -141,7 +72,10 @@ std::optional<MotionChange> find_motion_change(GeometryProblem& given, GeometryF
   const std::vector<int> free = free_parameters(problem);
   const auto n = static_cast<Eigen::Index>(free.size());
   const auto count = static_cast<Eigen::Index>(steps.size());
-  const WanderNormal normal = normal_equations(problem, fit.parameters, free);
+  const auto residuals =
+      geometry_residuals(problem, fit.parameters, free, Slopes::of_path_and_steps);
+  if (!residuals) return std::nullopt;
+  const WanderNormal normal{residuals->information(), residuals->gradient()};
   Eigen::VectorXd sizes(count);
   for (Eigen::Index k = 0; k < count; ++k) sizes[k] = steps[static_cast<std::size_t>(k)].size;
   const double between_s = steps.size() > 1 ? steps[1].tau_s - steps[0].tau_s : 1.0;

@@ -1,8 +1,10 @@
 #include "estimate/solve.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <ceres/ceres.h>
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
 namespace vildar {
@@ -44,18 +46,67 @@ Outcome<Solution> solve(ceres::Problem& problem, const std::vector<double*>& blo
       jacobian(row, sparse.cols[static_cast<std::size_t>(k)]) =
           sparse.values[static_cast<std::size_t>(k)];
 
-  const Eigen::VectorXd norms = jacobian.colwise().norm();
-  if (!(norms.minCoeff() > 0.0)) return Miss::unobservable;
-  const Eigen::VectorXd inverse_norms = norms.cwiseInverse();
-  const Eigen::MatrixXd scaled = jacobian * inverse_norms.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled.transpose() * scaled);
+  auto covariance = inverse_information(jacobian.transpose() * jacobian);
+  if (!covariance) return Miss::unobservable;
+  solution.covariance = std::move(*covariance);
+  return solution;
+}
+
+std::optional<Eigen::MatrixXd> inverse_information(const Eigen::MatrixXd& information) {
+  if (!(information.diagonal().minCoeff() > 0.0)) return std::nullopt;
+  const Eigen::VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * information *
+                                                             scale.asDiagonal());
   constexpr double kSmallestEigenvalue = 1e-12;
   if (eigen.info() != Eigen::Success || !(eigen.eigenvalues().minCoeff() > kSmallestEigenvalue))
-    return Miss::unobservable;
-  const Eigen::MatrixXd root = inverse_norms.asDiagonal() * eigen.eigenvectors() *
+    return std::nullopt;
+  const Eigen::MatrixXd root = scale.asDiagonal() * eigen.eigenvectors() *
                                eigen.eigenvalues().cwiseSqrt().cwiseInverse().asDiagonal();
-  solution.covariance = root * root.transpose();
-  return solution;
+  return root * root.transpose();
+}
+
+Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, double tolerance) {
+  constexpr int kMostIterations = 200;
+  constexpr double kFirstDamping = 1e-6, kMostDamping = 1e12;
+  constexpr double kRounding = 1e-13;  // of the cost
+  const double least_gain = 0.5 * tolerance * tolerance;
+  auto here = residuals(start, true);
+  if (!here) return Miss::not_converged;
+  Minimum best{std::move(start), here->cost, here->information(), 0};
+  double damping = 0.0;
+  for (; best.iterations < kMostIterations && damping < kMostDamping; ++best.iterations) {
+    // Scaled to a unit diagonal: unknowns differ by many orders.
+    const Eigen::VectorXd scale = best.information.diagonal().cwiseSqrt().cwiseInverse();
+    Eigen::MatrixXd damped = scale.asDiagonal() * best.information * scale.asDiagonal();
+    damped.diagonal().array() += damping;
+    const Eigen::LDLT<Eigen::MatrixXd> solver(damped);
+    const auto step_by = [&](const Eigen::VectorXd& gradient) -> Eigen::VectorXd {
+      return -(scale.asDiagonal() * solver.solve(scale.cwiseProduct(gradient)));
+    };
+    const Eigen::VectorXd gradient = here->gradient(), step = step_by(gradient);
+    const double decrement = -step.dot(gradient);
+    if (step.allFinite() && decrement >= 0.0) {
+      if (0.5 * decrement < least_gain && damping == 0.0) return best;
+      Eigen::VectorXd next = best.unknowns + step;
+      if (const auto straight = residuals(next, false))
+        next += step_by(here->slopes * straight->values - gradient - best.information * step);
+      auto there = residuals(next, true);
+      if (there && there->cost <= best.cost) {
+        const double gain = best.cost - there->cost;
+        here = std::move(there);
+        best.unknowns = std::move(next);
+        best.cost = here->cost;
+        best.information = here->information();
+        if (gain < least_gain) return best;
+        damping = damping > kFirstDamping ? 0.1 * damping : 0.0;
+        continue;
+      }
+      // At the rounding floor no step gains any more.
+      if (decrement < kRounding * best.cost) return best;
+    }
+    damping = damping > 0.0 ? 10.0 * damping : kFirstDamping;
+  }
+  return Miss::not_converged;
 }
 
 }  // namespace vildar

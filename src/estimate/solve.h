@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <vector>
 
 #include <ceres/problem.h>
@@ -29,5 +31,37 @@ struct Solution {
 /// Misses: not_converged, unobservable (smallest eigenvalue of the scaled information below 1e-12).
 Outcome<Solution> solve(ceres::Problem& problem, const std::vector<double*>& blocks,
                         double tolerance = 1e-10);
+
+/// Inverse of an information matrix; nothing where its smallest eigenvalue, scaled to a unit
+/// diagonal, is below 1e-12.
+std::optional<Eigen::MatrixXd> inverse_information(const Eigen::MatrixXd& information);
+
+/// Whitened residuals at one point as a robust loss weighs them: times the root of its slope.
+struct Residuals {
+  double cost = 0.0;  ///< half the sum of squares, after loss
+  Eigen::VectorXd values;
+  Eigen::MatrixXd slopes;  ///< one column for each residual, by the free unknowns
+
+  Eigen::MatrixXd information() const { return slopes * slopes.transpose(); }
+  Eigen::VectorXd gradient() const { return slopes * values; }
+};
+
+/// Nothing outside the model's domain; slopes only where asked for.
+using ResidualsAt =
+    std::function<std::optional<Residuals>(const Eigen::VectorXd& unknowns, bool with_slopes)>;
+
+struct Minimum {
+  Eigen::VectorXd unknowns;
+  double cost = 0.0;
+  Eigen::MatrixXd information;
+  int iterations = 0;
+};
+
+/// Least squares for dense problems of few unknowns: Gauss-Newton steps, each bent by what the
+/// residuals' curvature asks for (Transtrum and Sethna 2012, geodesic acceleration), damped as by
+/// Levenberg and Marquardt where they do not lower the cost. Stops where the
+/// next step is shorter than `tolerance` sigmas or the last one gained no more than such a step
+/// would. Misses: not_converged.
+Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, double tolerance);
 
 }  // namespace vildar

@@ -1,5 +1,7 @@
 #include "estimate/solve.h"
 
+#include <cmath>
+
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>
 
@@ -41,6 +43,58 @@ TEST(Solve, CovarianceIsTheInverseOfTheInformation) {
   const auto outcome = solved<Line>(x);
   EXPECT_NEAR(x, 3.0, 1e-9);
   EXPECT_NEAR(std::get<Solution>(outcome).covariance(0, 0), 0.25, 1e-12);
+}
+
+// Rosenbrock's valley: bent, and a hundred times as steep across as along.
+std::optional<Residuals> valley(const Eigen::VectorXd& x, bool with_slopes) {
+  Residuals found;
+  found.values = Eigen::Vector2d(10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]);
+  found.cost = 0.5 * found.values.squaredNorm();
+  if (with_slopes) {
+    found.slopes.resize(2, 2);
+    found.slopes << -20.0 * x[0], -1.0, 10.0, 0.0;  // a column for each residual
+  }
+  return found;
+}
+
+TEST(Descend, FollowsABentValleyToItsEnd) {
+  constexpr double kTolerance = 1e-6;
+  const auto outcome = descend(valley, Eigen::Vector2d(-1.2, 1.0), kTolerance);
+  const Minimum& minimum = std::get<Minimum>(outcome);
+  EXPECT_NEAR(minimum.unknowns[0], 1.0, kTolerance);
+  // Known to a tenth across the valley and to one along it, where y grows twice as fast as x.
+  EXPECT_NEAR(minimum.unknowns[1], 1.0, 2.1 * kTolerance);
+  EXPECT_LT(minimum.iterations, 30);
+}
+
+TEST(Descend, StaysInsideTheDomain) {
+  // (ln x)^2 from far off: the full step from 10 leads below zero.
+  const auto log_squared = [](const Eigen::VectorXd& x,
+                              bool with_slopes) -> std::optional<Residuals> {
+    if (!(x[0] > 0.0)) return std::nullopt;
+    Residuals found;
+    found.values.setConstant(1, std::log(x[0]));
+    found.cost = 0.5 * found.values.squaredNorm();
+    if (with_slopes) found.slopes.setConstant(1, 1, 1.0 / x[0]);
+    return found;
+  };
+  Eigen::VectorXd start(1);
+  start << 10.0;
+  const auto outcome = descend(log_squared, start, 1e-6);
+  EXPECT_NEAR(std::get<Minimum>(outcome).unknowns[0], 1.0, 1e-6);
+  start << -1.0;
+  EXPECT_EQ(std::get<Miss>(descend(log_squared, start, 1e-6)), Miss::not_converged);
+}
+
+TEST(Descend, GivesNothingWhereNoMinimumIsReached) {
+  const auto runaway = [](const Eigen::VectorXd& x, bool with_slopes) -> std::optional<Residuals> {
+    Residuals found;
+    found.values.setConstant(1, 1e150 * std::exp(-x[0]));
+    found.cost = 0.5 * found.values.squaredNorm();
+    if (with_slopes) found.slopes = -found.values.transpose();
+    return found;
+  };
+  EXPECT_EQ(std::get<Miss>(descend(runaway, Eigen::VectorXd::Zero(1), 1e-6)), Miss::not_converged);
 }
 
 }  // namespace

@@ -1,0 +1,92 @@
+#include <array>
+#include <cmath>
+
+#include <ceres/jet.h>
+
+#include "estimate/geometry_cost.h"
+
+namespace vildar {
+namespace {
+
+using PathJet = ceres::Jet<double, kPathParameters>;
+using Eigen::Index;
+
+// Of all priors' residuals, which the sizes of the steps enter linearly, by each of these.
+Eigen::MatrixXd prior_slopes(const GeometryProblem& problem, const PathVector& parameters) {
+  const auto steps = static_cast<Index>(problem.setting.steps.size());
+  const Index count = PriorResidual{&problem}.count();
+  Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(count, steps);
+  GeometryProblem moved = problem;
+  if (!moved.priors.motion) return slopes;
+  Eigen::VectorXd before(count), after(count);
+  PriorResidual{&moved}(parameters.data(), before.data());
+  for (Index k = 0; k < steps; ++k) {
+    double& size = moved.setting.steps[static_cast<std::size_t>(k)].size;
+    size += 1.0;
+    PriorResidual{&moved}(parameters.data(), after.data());
+    size -= 1.0;
+    slopes.col(k) = after - before;
+  }
+  return slopes;
+}
+
+}  // namespace
+
+std::optional<Residuals> geometry_residuals(const GeometryProblem& problem,
+                                            const PathVector& parameters,
+                                            const std::vector<int>& free, Slopes slopes) {
+  const PriorResidual priors{&problem};
+  const Index lamps = 2 * static_cast<Index>(problem.lamps.size());
+  Residuals found;
+  found.values.resize(lamps + priors.count());
+  const auto n = static_cast<Index>(free.size());
+  const std::size_t steps = slopes == Slopes::of_path_and_steps ? problem.setting.steps.size() : 0;
+  if (slopes != Slopes::none)
+    found.slopes.resize(n + static_cast<Index>(steps), found.values.size());
+  std::array<PathJet, kPathParameters> path;
+  for (int i = 0; i < kPathParameters; ++i)
+    path[static_cast<std::size_t>(i)] = PathJet(parameters[i], i);
+  double softened = 0.0;
+  for (std::size_t i = 0; i < problem.lamps.size(); ++i) {
+    const LampResidual lamp{&problem, i};
+    std::array<PathJet, 2> error;
+    Eigen::Vector2d value;
+    if (slopes == Slopes::none ? !lamp(parameters.data(), value.data())
+                               : !lamp(path.data(), error.data()))
+      return std::nullopt;
+    if (slopes != Slopes::none) value = {error[0].a, error[1].a};
+    const double norm = value.norm();
+    const double weight = norm > kHuberBound ? std::sqrt(kHuberBound / norm) : 1.0;
+    if (norm > kHuberBound) softened += 0.5 * kHuberBound * (norm - kHuberBound);
+    const Index first = 2 * static_cast<Index>(i);
+    found.values.segment<2>(first) = weight * value;
+    if (slopes == Slopes::none) continue;
+    const double tau_s = problem.lamps[i].time_s - problem.reference_s;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      auto column = found.slopes.col(first + static_cast<Index>(axis));
+      for (Index k = 0; k < n; ++k)
+        column[k] = weight * error[axis].v[free[static_cast<std::size_t>(k)]];
+      // A step moves the vehicle as a closing rate would that has gone as far by then.
+      const double by_rate = weight * error[axis].v[kClosingRate];
+      for (std::size_t k = 0; k < steps; ++k) {
+        const double moved = problem.setting.steps[k].way(tau_s);
+        column[n + static_cast<Index>(k)] = moved == 0.0 ? 0.0 : by_rate * moved / tau_s;
+      }
+    }
+  }
+  std::vector<PathJet> errors(static_cast<std::size_t>(priors.count()));
+  priors(path.data(), errors.data());
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    const Index at = lamps + static_cast<Index>(i);
+    found.values[at] = errors[i].a;
+    for (Index k = 0; k < n && slopes != Slopes::none; ++k)
+      found.slopes(k, at) = errors[i].v[free[static_cast<std::size_t>(k)]];
+  }
+  if (steps > 0)
+    found.slopes.bottomRightCorner(static_cast<Index>(steps), priors.count()) =
+        prior_slopes(problem, parameters).transpose();
+  found.cost = softened + 0.5 * found.values.squaredNorm();
+  return found;
+}
+
+}  // namespace vildar
