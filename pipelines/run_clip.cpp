@@ -97,20 +97,20 @@ class Measuring {
     }
   }
 
-  /// Measures the tracks that ended before `live_since_s`, the first sighting of the oldest vehicle
-  /// still followed: none of those can shine on a photodiode at the same time. Without photodiodes
-  /// none has to wait.
+  /// Measures the tracks beside which all is known that shone on the photodiodes. `live_since_s`:
+  /// the first sighting of the oldest vehicle still followed, or now. Without photodiodes none has
+  /// to wait.
   void measure_before(double live_since_s) {
     const auto ready =
         std::stable_partition(waiting_.begin(), waiting_.end(), [&](const Ended& one) {
-          return !traces_.empty() && interval_of(one.track).to_s >= live_since_s;
+          return !traces_.empty() && !company_known(interval_of(one.track), live_since_s);
         });
     std::for_each(ready, waiting_.end(), [&](const Ended& one) { measure(one); });
     waiting_.erase(ready, waiting_.end());
     double needed_since_s = live_since_s;
     for (const Ended& one : waiting_)
       needed_since_s = std::min(needed_since_s, interval_of(one.track).from_s);
-    std::erase_if(lit_, [&](const LitVehicle& lit) { return lit.past_s < needed_since_s; });
+    std::erase_if(lit_, [&](const LitVehicle& lit) { return dark_since(lit, needed_since_s); });
   }
 
  private:
@@ -184,7 +184,7 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
     if (!ended.empty()) {
       measuring.take(std::move(ended), tracker);
       const auto live_since = tracker.live_since();
-      measuring.measure_before(live_since ? seconds_of(*live_since) : kForever);
+      measuring.measure_before(live_since ? seconds_of(*live_since) : seconds_of(frame->time));
       timer.charge("estimate");
     }
     if (blobs != nullptr) {

@@ -16,6 +16,8 @@ constexpr double kUnknownPassing_s =
 constexpr double kLongestPassing_s = 5.0;
 // Of the trace that is unmixed, before and after a vehicle is in view.
 constexpr double kBefore_s = 0.5, kAfter_s = 4.0;
+// Before it is in view a vehicle shines for as long as makes a difference.
+constexpr double kComing_s = 2.0;
 constexpr double kForever = std::numeric_limits<double>::infinity();
 
 }  // namespace
@@ -37,6 +39,12 @@ LitVehicle lit_vehicle(const VehicleTrack& track, const Site& site) {
   lit.past_s = lit.in_view.to_s + std::clamp(passing_s, 0.0, kLongestPassing_s);
   return lit;
 }
+
+bool company_known(ClipInterval in_view, double live_since_s) {
+  return in_view.to_s + kAfter_s + kComing_s < live_since_s;
+}
+
+bool dark_since(const LitVehicle& lit, double since_s) { return lit.past_s < since_s - kBefore_s; }
 
 OfferedPower offer_power(std::span<const LitVehicle> lit, std::size_t own, const Site& site,
                          std::span<const PowerTrace> traces) {

@@ -26,6 +26,14 @@ struct LitVehicle {
 };
 LitVehicle lit_vehicle(const VehicleTrack& track, const Site& site);
 
+/// Whether all that shine on the photodiodes beside a vehicle, until it is past them, have been
+/// followed to their end. `live_since_s`: no vehicle that is still followed, or to come, was in
+/// view before.
+bool company_known(ClipInterval in_view, double live_since_s);
+
+/// Whether a vehicle shone no more when those came that are in view from `since_s` on.
+bool dark_since(const LitVehicle& lit, double since_s);
+
 /// The traces as offered to one vehicle's estimate. Move only: `power` points into the other two.
 struct OfferedPower {
   std::vector<PowerTrace> in_time, own_light;

@@ -1,7 +1,6 @@
 #include "estimate/motion_change.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 

@@ -44,5 +44,25 @@ TEST(AloneOnTrace, ClipTimeIsPhotodiodeTimePlusOffset) {
   EXPECT_NEAR(cut->time_s.front(), 6.5, 0.011);
 }
 
+// One vehicle in view from 6 to 8 s; another comes into view half a second later.
+TEST(OfferedPower, EndsWhereAFollowerComesIntoView) {
+  Site site;
+  site.photodiodes.resize(1);
+  const std::vector<PowerTrace> traces{ramp()};
+  std::vector<LitVehicle> lit{{1, {6.0, 8.0}, 8.4, {}}, {2, {8.5, 11.0}, 11.4, {}}};
+  EXPECT_NEAR(offer_power(lit, 0, site, traces).power.front().trace->time_s.back(), 8.5, 0.011);
+  // Which is known only when the other has been followed to its end.
+  EXPECT_FALSE(company_known(lit[0].in_view, lit[1].in_view.from_s));
+  // Light of one yet to come is there before it is in view.
+  EXPECT_FALSE(company_known(lit[0].in_view, 12.5));
+  EXPECT_TRUE(company_known(lit[0].in_view, 14.5));
+}
+
+TEST(OfferedPower, NeedsNoVehicleThatWasPastBefore) {
+  const LitVehicle past{1, {6.0, 8.0}, 8.4, {}};
+  EXPECT_FALSE(dark_since(past, 8.6));  // traces are read from half a second before a view
+  EXPECT_TRUE(dark_since(past, 9.0));
+}
+
 }  // namespace
 }  // namespace vildar
