@@ -1,5 +1,7 @@
 #include "track/lone_light.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace vildar {
@@ -13,7 +15,8 @@ constexpr double kFacts = 3.0;
 struct Chance {
   double lamp, glint;
 };
-constexpr Chance kRides{0.1, 0.6}, kIsMirrored{0.05, 0.25}, kClips{0.9, 0.6};
+constexpr Chance kRides{0.1, 0.6}, kIsMirrored{0.05, 0.25}, kIsMisshapen{0.05, 0.35},
+    kIsUnlike{0.03, 0.25}, kClips{0.9, 0.6};
 
 struct Spread {
   double mean, sigma;
@@ -37,7 +40,9 @@ double log_density(double value, Spread spread) {
 
 double lone_lamp_log_odds(const LoneLight& light) {
   double log_odds = kPriorLogOdds + log_odds_of_share(light.riding_share, kRides) +
-                    log_odds_of_share(light.mirrored_share, kIsMirrored);
+                    log_odds_of_share(light.mirrored_share, kIsMirrored) +
+                    log_odds_of_share(light.misshapen_share, kIsMisshapen) +
+                    log_odds_of_share(light.unlike_share, kIsUnlike);
   // To clip speaks for a lamp anywhere; not to clip against it only where lamps do.
   log_odds += light.lamps_clip
                   ? log_odds_of_share(light.clipped_share, kClips)
@@ -51,6 +56,32 @@ double lone_lamp_log_odds(const LoneLight& light) {
     log_odds -= 0.5 * beyond * beyond;
   }
   return log_odds;
+}
+
+double misshapen_share(std::span<const LampRecord> records, const RoadView& view) {
+  constexpr std::ptrdiff_t kBeside = 2;  // records before and after
+  constexpr double kMostStep = 1.4, kLeastStep_px = 2.0, kWide_m = 1.0, kWide_px = 10.0;
+  const auto width_px = [&](std::ptrdiff_t i) {
+    const PixelBox& box = records[static_cast<std::size_t>(i)].sighting.box;
+    return box.u_max - box.u_min + 1.0;
+  };
+  std::ptrdiff_t misshapen = 0;
+  for (std::ptrdiff_t i = 0; i < std::ssize(records); ++i) {
+    std::array<double, 2 * kBeside + 1> near_px{};
+    for (std::ptrdiff_t j = -kBeside; j <= kBeside; ++j)
+      near_px[static_cast<std::size_t>(j + kBeside)] =
+          width_px(std::clamp<std::ptrdiff_t>(i + j, 0, std::ssize(records) - 1));
+    std::ranges::nth_element(near_px, near_px.begin() + kBeside);
+    const double usual_px = near_px[kBeside], own_px = width_px(i);
+    const double metre_px =
+        view.place(records[static_cast<std::size_t>(i)].at_px).inverse_depth_per_m *
+        view.focal_px();
+    const bool step = std::abs(own_px - usual_px) >= kLeastStep_px &&
+                      std::max(own_px / usual_px, usual_px / own_px) > kMostStep;
+    misshapen += step || own_px > std::max(kWide_px, kWide_m * metre_px);
+  }
+  return records.empty() ? 0.0
+                         : static_cast<double>(misshapen) / static_cast<double>(records.size());
 }
 
 }  // namespace vildar

@@ -1,6 +1,9 @@
 #pragma once
 
 #include <optional>
+#include <span>
+
+#include "track/lamp.h"
 
 namespace vildar {
 
@@ -13,11 +16,17 @@ struct LoneLight {
   /// ln of its strength less that of strong lamps of this scene (LightScale); nothing where
   /// unknown.
   std::optional<double> strength_ln;
+  double misshapen_share = 0.0;  ///< see below
+  double unlike_share = 0.0;     ///< no sharp peak in the picture: LampKind::other
 };
 
 /// Natural log of the odds that it is the lamp of a vehicle of its own, a motorcycle's or a car's
 /// whose other lamp is dark or out of view, rather than a glint on a body, paint or lit road. The
 /// cues count as independent given which of the two it is; docs/tracking.md says what is assumed.
 double lone_lamp_log_odds(const LoneLight& light);
+
+/// Share of the looks at which a light was of no lamp's shape: wider than a metre and 10 px, or of
+/// another width than just before and after.
+double misshapen_share(std::span<const LampRecord> records, const RoadView& view);
 
 }  // namespace vildar

@@ -225,7 +225,7 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
                      const LightScale& lights, VehicleTrack& track) {
   constexpr double kShare = 0.5, kMoved_px = 8.0, kMoved_m = 4.0, kSlow_mps = 3.0;
   constexpr int kFewestSingle = 8;
-  constexpr double kSureLogOdds = 0.7;  // 2 to 1
+  constexpr double kSureLogOdds = 1.1;  // 3 to 1
   constexpr double kBelowHorizonSigmas = 2.0, kSpeedSigmas = 2.5;
   if (lamp.sightings() < options.min_sightings || lamp.lived_s() < options.min_duration_s)
     return Verdict::short_track;
@@ -265,6 +265,8 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   LoneLight light;
   light.riding_share = riding_share;
   light.mirrored_share = std::max(mirrored_share, static_cast<double>(streaks) / held);
+  light.misshapen_share = misshapen_share(lamp.records, view);
+  light.unlike_share = 1.0 - lamp.lamp_like.share_of_all();
   light.clipped_share = clipped_share;
   light.lamps_clip = lights.usually_clips(lamp.kind());
   if (const auto typical = lights.typical(lamp.kind()))

@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include "optics/camera.h"
+#include "scene.h"
+
 namespace vildar {
 namespace {
 
@@ -35,6 +38,35 @@ TEST(LoneLight, AHighBeamIsNoLessALamp) {
 
 TEST(LoneLight, SeveralLampsInOneAreNoLamp) {
   EXPECT_LT(lone_lamp_log_odds({0.0, 0.0, 1.0, true, 4.0}), -std::log(20.0));
+}
+
+TEST(LoneLight, OddsFallWithLooksAtWhichItIsNoLamp) {
+  double last = lone_lamp_log_odds({0.0, 0.0, 1.0, true, {}});
+  for (const double share : {0.2, 0.4, 0.6, 0.8}) {
+    const double misshapen = lone_lamp_log_odds({0.0, 0.0, 1.0, true, {}, share});
+    const double both = lone_lamp_log_odds({0.0, 0.0, 1.0, true, {}, share, share});
+    EXPECT_LT(misshapen, last);
+    EXPECT_LT(both, misshapen);
+    last = misshapen;
+  }
+}
+
+TEST(LoneLight, ALampGrowsSteadilyAndIsNoMetreWide) {
+  const Site site = scene::site_of(5.0, -4.0, 1400.0, 1920, 1080);
+  const RoadView view(site);
+  const auto at_px = view.spot_from_pixel(*Camera(*site.camera).project({60.0, -4.0, 0.68}));
+  const auto share_of = [&](const std::vector<int>& widths_px) {
+    std::vector<LampRecord> records;
+    for (const int width_px : widths_px) {
+      LampRecord& record = records.emplace_back();
+      record.at_px = *at_px;  // a metre is 23 px there
+      record.sighting.box = {0, 0, width_px - 1, 7};
+    }
+    return misshapen_share(records, view);
+  };
+  EXPECT_EQ(share_of({4, 4, 5, 4, 5, 5, 6, 6, 7, 7, 8, 9, 9, 10}), 0.0);
+  EXPECT_EQ(share_of({30, 32, 34, 33, 35, 34}), 1.0);
+  EXPECT_GT(share_of({1, 6, 5, 12, 1, 7, 12, 2, 6, 13}), 0.4);
 }
 
 }  // namespace
