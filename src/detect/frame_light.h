@@ -23,6 +23,8 @@ struct CodingErrors {
   double correlated_px = 1.0;  ///< how many pixels err together
   double flux_share = 0.0;     ///< standard deviation of the light of a lamp as a whole
   double centre_px = 0.0;      ///< and of its place, an axis
+  /// Variance by which lamps of which nothing clips are softened, codes rather than light; an axis.
+  double softened_px2 = 0.0;
 };
 
 /// A frame's pixels as light. Pixels from `clip_code` on say only that their light is at least

@@ -35,6 +35,21 @@ double half_chord_px(double radius2, double away2) {
   return std::sqrt(std::max(radius2 - away2, 0.0));
 }
 
+/// Light of a pixel before the picture was softened, to first order in the variance.
+float sharpened(const FrameLight& frame, int u, int v, double variance_px2) {
+  const LumaView& luma = frame.luma;
+  const int code = luma.code(u, v);
+  if (u == 0 || v == 0 || u + 1 == luma.width_px || v + 1 == luma.height_px)
+    return frame.linear[code];
+  const int around = luma.code(u - 1, v) + luma.code(u + 1, v) + luma.code(u, v - 1) +
+                     luma.code(u, v + 1) - 4 * code;
+  const double last = static_cast<double>(frame.linear.size() - 1);
+  const double before = std::clamp(code - 0.5 * variance_px2 * around, 0.0, last);
+  const double whole = std::min(std::floor(before), last - 1.0);
+  const auto at = static_cast<std::size_t>(whole);
+  return std::lerp(frame.linear[at], frame.linear[at + 1], static_cast<float>(before - whole));
+}
+
 }  // namespace
 
 void LampSamples::append(std::span<const Pixel> pixels) {
@@ -88,6 +103,7 @@ void LampSamples::gather(const FrameLight& frame, std::span<const LampGuess> gue
     const Eigen::Vector2d& centre = guesses[i].centre_px;
     const double dense = rim > 0.0 ? rim + kRimOutside_px : kDenseSizes * guesses[i].size_px;
     const double dense2 = square_of(dense), per_reach2 = 1.0 / reach2;
+    const double softened_px2 = frame.coding && rim == 0.0 ? frame.coding->softened_px2 : 0.0;
     const int stride = stride_of(kPi * (reach2 - dense2), kMostPixels);
     const int rim_stride =
         stride_of(2.0 * kPi * rim * (kRimInside_px + kRimOutside_px), kMostRimPixels);
@@ -104,7 +120,8 @@ void LampSamples::gather(const FrameLight& frame, std::span<const LampGuess> gue
           const bool hole = here > kHoleLight * frame.clip_light && within(holes_, u);
           (hole || code >= frame.clip_code ? clipped_ : clear_)
               .push_back({static_cast<float>(u - origin_px.x()),
-                          static_cast<float>(v - origin_px.y()), here,
+                          static_cast<float>(v - origin_px.y()),
+                          softened_px2 > 0.0 ? sharpened(frame, u, v, softened_px2) : here,
                           static_cast<float>((du * du + dv2) * per_reach2)});
         }
       };
