@@ -62,7 +62,7 @@ void check(const Frame& frame) {
 // shoulders of clipped areas, rounded off from this share of clipping on; and of a lamp as a whole.
 constexpr float kCodingSigma = 0.018f;
 constexpr double kCodedClip = 0.5;
-constexpr CodingErrors kCoding{6.0, 0.03, 0.05, 0.08};
+constexpr CodingErrors kCoding{6.0, 0.03, 0.05, 0.05, 0.08};
 
 float coding_codes(const LumaView& luma) {
   return kCodingSigma * static_cast<float>(luma.white_code - luma.black_code);

@@ -22,6 +22,7 @@ struct PixelNoise {
 struct CodingErrors {
   double correlated_px = 1.0;  ///< how many pixels err together
   double flux_share = 0.0;     ///< standard deviation of the light of a lamp as a whole
+  double clipped_share = 0.0;  ///< the same where pixels clip
   double centre_px = 0.0;      ///< and of its place, an axis
   /// Variance by which lamps of which nothing clips are softened, codes rather than light; an axis.
   double softened_px2 = 0.0;

@@ -313,7 +313,9 @@ const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGue
     const Eigen::Index at = base(i);
     LampFit lamp;
     lamp.flux = std::exp(parameters_[at]);
-    lamp.flux_sigma = lamp.flux * std::hypot(sigma(at), coding_.flux_share);
+    const bool clips = guesses[i].rim_px > 0.0;
+    lamp.flux_sigma =
+        lamp.flux * std::hypot(sigma(at), clips ? coding_.clipped_share : coding_.flux_share);
     lamp.centre_px = parameters_.segment<2>(at + 1);
     for (Eigen::Index axis = 0; axis < 2; ++axis)
       lamp.centre_sigma_px[axis] = std::hypot(sigma(at + 1 + axis), coding_.centre_px);
