@@ -9,7 +9,9 @@
 namespace vildar {
 namespace {
 
-constexpr double kMostPixels = 600.0;  // of one lamp, beside those about its rim
+// Of one lamp, beside those about its rim, or within so many sizes of its middle. A lamp that does
+// not clip is told by these pixels alone.
+constexpr double kMostPixels = 600.0, kMostUnclippedPixels = 1200.0;
 constexpr double kMostRimPixels = 2000.0;
 constexpr double kDenseSizes = 3.0;  // of a lamp that does not clip, its size
 constexpr double kRimInside_px = 5.0, kRimOutside_px = 3.0;
@@ -104,7 +106,8 @@ void LampSamples::gather(const FrameLight& frame, std::span<const LampGuess> gue
     const double dense = rim > 0.0 ? rim + kRimOutside_px : kDenseSizes * guesses[i].size_px;
     const double dense2 = square_of(dense), per_reach2 = 1.0 / reach2;
     const double softened_px2 = frame.coding && rim == 0.0 ? frame.coding->softened_px2 : 0.0;
-    const int stride = stride_of(kPi * (reach2 - dense2), kMostPixels);
+    const int stride =
+        stride_of(kPi * (reach2 - dense2), rim > 0.0 ? kMostPixels : kMostUnclippedPixels);
     const int rim_stride =
         stride_of(2.0 * kPi * rim * (kRimInside_px + kRimOutside_px), kMostRimPixels);
     const Range rows(centre.y() - reach_px[i], centre.y() + reach_px[i], luma.height_px);
