@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "detect/run_scan.h"
 #include "optics/lamp_colour.h"
 
 namespace vildar {
@@ -27,13 +28,14 @@ RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, in
   const int v_from = std::max(box.v_min - 2, 0), v_to = std::min(box.v_max + 2, luma.height_px - 1);
   int n = 0;
   for (int v = v_from; v <= v_to; ++v) {
-    for (int u = u_from; u <= u_to; ++u) {
-      const int code = luma.code(u, v);
-      if (code < level_code || code >= clip_code) continue;
+    const PixelRun row{v, u_from, u_to + 1};
+    if (brightest_of(luma, row) < level_code) continue;
+    for_each_code(luma, row, [&](int u, int code) {
+      if (code < level_code || code >= clip_code) return;
       rim.cr += frame.chroma.cr_fraction(u, v);
       rim.cb += frame.chroma.cb_fraction(u, v);
       ++n;
-    }
+    });
   }
   if (n == 0) return RimColour{};
   rim.known = true;

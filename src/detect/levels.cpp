@@ -60,7 +60,10 @@ void count_samples(const LumaView& luma, int shift, std::vector<int>& codes,
       std::memcpy(&code, row + u * static_cast<int>(sizeof(T)), sizeof(T));
       return std::min(code >> shift, last);
     };
+    // Rows far apart are not fetched ahead by themselves.
+    const std::uint8_t* next_row = luma.row(std::min(v + step_v, luma.height_px - 1));
     for (int u = step_u / 2; u + 1 < luma.width_px; u += step_u) {
+      __builtin_prefetch(next_row + u * static_cast<int>(sizeof(T)));
       const int bin = bin_at(u), next = bin_at(u + 1);
       ++codes[bin];
       ++steps[std::abs(bin - next)];
@@ -107,11 +110,13 @@ int ClipMeter::update(const LumaView& luma, const std::vector<PixelRun>& bright)
     counts_.assign(size, 0);
     lowest_code_ = nominal_code;
   }
-  for (const PixelRun& run : bright)
+  for (const PixelRun& run : bright) {
+    if (brightest_of(luma, run) < nominal_code) continue;
     for_each_code(luma, run, [&](int, int code) {
       if (code >= nominal_code && code - nominal_code < static_cast<int>(size))
         ++counts_[code - nominal_code];
     });
+  }
   std::int64_t total = 0;
   for (const std::int64_t count : counts_) total += count;
   const auto mode = std::max_element(counts_.begin(), counts_.end());

@@ -128,12 +128,15 @@ int PeakFinder::floor_code(const LumaView& luma, std::span<const int> run_indice
   int left = 0;
   for (const int index : run_indices) left += runs[index].u_end - runs[index].u_begin;
   if (left <= kMostPixels) return threshold_code;
-  histogram_.assign(std::size_t{1} << luma.bit_depth, 0);
+  histogram_.assign(std::size_t{1} << luma.bit_depth, {});
   for (const int index : run_indices)
-    for_each_code(luma, runs[index], [&](int, int code) { ++histogram_[code]; });
+    for_each_code(luma, runs[index], [&](int u, int code) {
+      ++histogram_[code][static_cast<std::size_t>(u) % kCounters];
+    });
   const int plateau_code = rules.clip_code - rules.least_valley_codes / 2;
   int floor = threshold_code;
-  while (left > kMostPixels && floor < plateau_code) left -= histogram_[floor++];
+  for (; left > kMostPixels && floor < plateau_code; ++floor)
+    left -= std::reduce(histogram_[floor].begin(), histogram_[floor].end());
   return floor;
 }
 
@@ -158,6 +161,7 @@ void PeakFinder::load(const LumaView& luma, std::span<const int> run_indices,
   const int plateau_code = rules.clip_code - rules.least_valley_codes / 2;
   for (const int index : run_indices) {
     const PixelRun& run = runs[index];
+    if (brightest_of(luma, run) < floor_code) continue;
     const int row = (run.v - box.v_min + 1) * grid_width_ - box.u_min + 1;
     for_each_code(luma, run, [&](int u, int code) {
       if (code < floor_code) return;
@@ -169,6 +173,7 @@ void PeakFinder::load(const LumaView& luma, std::span<const int> run_indices,
       }
       if (code >= plateau_code) plateau_.push_back(static_cast<int>(nodes_.size()));
       nodes_.push_back({u, run.v, code, code, row + u, kNone, false});
+      __builtin_prefetch(&grid_[row + u]);  // far from where it was used last
     });
   }
   if (rules.upright) cut_below_heads(rules);
@@ -224,7 +229,8 @@ int PeakFinder::set_about(int node, const PeakRules& rules) {
   const std::array<int, 8> about{middle[-1],      middle[1],        middle[-row],
                                  middle[row],     middle[-row - 1], middle[-row + 1],
                                  middle[row - 1], middle[row + 1]};
-  const int last = *std::max_element(about.begin(), about.end());
+  int last = 0;
+  for (const int label : about) last = std::max(last, label);
   if (last == 0) {
     const int own = static_cast<int>(sets_.size());
     sets_.push_back({own, node, node, height, 1, false});

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -99,7 +100,9 @@ class PeakFinder {
   /// have one.
   std::vector<int> grid_;
   int grid_width_ = 0;
-  std::vector<int> histogram_;  // pixels of the area by code
+  /// Neighbours are often of one code: with several counters the one waits less for the other.
+  static constexpr std::size_t kCounters = 4;
+  std::vector<std::array<int, kCounters>> histogram_;  // pixels of the area by code
 };
 
 }  // namespace vildar

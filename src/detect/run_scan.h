@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <vector>
 
 #include "types/frame.h"
@@ -21,6 +23,20 @@ void for_each_code(const LumaView& luma, const PixelRun& run, Use use) {
     for (int u = run.u_begin; u < run.u_end; ++u) use(u, int{row[u]});
   else
     for (int u = run.u_begin; u < run.u_end; ++u) use(u, luma.code(u, run.v));
+}
+
+/// Greatest code of a run.
+inline int brightest_of(const LumaView& luma, const PixelRun& run) {
+  int most = 0;
+  if (luma.bytes_per_sample() == 1) {
+    const std::uint8_t* row = luma.row(run.v);
+    std::uint8_t most_here = 0;  // as narrow as the samples: many at a time
+    for (int u = run.u_begin; u < run.u_end; ++u) most_here = std::max(most_here, row[u]);
+    most = most_here;
+  } else {
+    for_each_code(luma, run, [&](int, int code) { most = std::max(most, code); });
+  }
+  return most;
 }
 
 /// Replaces `runs` by all runs of the plane with code >= threshold_code, in reading order.
