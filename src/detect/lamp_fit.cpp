@@ -51,7 +51,6 @@ double LampFitter::rim_flux(double rim_px, double radius_px, double clip_light) 
 
 void LampFitter::Rows::resize(std::size_t lamp_count, std::size_t samples) {
   lamps.resize(lamp_count);
-  for (DiscImage::Pixels& lamp : lamps) lamp.clear(samples);
   backdrop.assign(samples, 0.0F);
   for (std::vector<float>* one : {&expected, &residual, &weight, &pull, &noise_share})
     one->resize(samples);
@@ -78,14 +77,25 @@ void LampFitter::gather(const FrameLight& light, std::span<const LampGuess> gues
 
 // As many of the background's terms as the attempt has.
 void LampFitter::add_terms() {
-  const Eigen::Vector2d middle_px = middle_px_ - samples_.origin_px;
-  for (auto i = terms_.size(); i < static_cast<std::size_t>(attempt_.background_terms); ++i) {
-    terms_.emplace_back(samples_.size(), 1.0F);
-    for (std::size_t k = 0; k < samples_.size() && i > 0; ++k) {
-      const double x = (static_cast<double>(samples_.u_px[k]) - middle_px.x()) / reach_px_.front();
-      const double y = (static_cast<double>(samples_.v_px[k]) - middle_px.y()) / reach_px_.front();
-      const double terms[] = {1.0, x, y, x * x - y * y, 2.0 * x * y, x * x + y * y};
-      terms_[i][k] = static_cast<float>(terms[i]);
+  const auto wanted = static_cast<std::size_t>(attempt_.background_terms);
+  if (terms_.size() >= wanted) return;
+  const Eigen::Vector2f middle_px = (middle_px_ - samples_.origin_px).cast<float>();
+  const auto place = [&](const std::vector<float>& at_px, float middle) -> Eigen::ArrayXf {
+    const auto count = static_cast<Eigen::Index>(at_px.size());
+    return (Eigen::Map<const Eigen::ArrayXf>(at_px.data(), count) - middle) /
+           static_cast<float>(reach_px_.front());
+  };
+  const Eigen::ArrayXf x = place(samples_.u_px, middle_px.x());
+  const Eigen::ArrayXf y = place(samples_.v_px, middle_px.y());
+  for (std::size_t i = terms_.size(); i < wanted; ++i) {
+    Eigen::Map<Eigen::ArrayXf> term(terms_.emplace_back(samples_.size()).data(), x.size());
+    switch (i) {
+      case 0: term.setOnes(); break;
+      case 1: term = x; break;
+      case 2: term = y; break;
+      case 3: term = x.square() - y.square(); break;
+      case 4: term = 2.0F * x * y; break;
+      default: term = x.square() + y.square(); break;
     }
   }
 }
@@ -150,10 +160,14 @@ LampFitter::Sum LampFitter::add_up(const FrameLight& light) {
   const std::size_t clear = samples_.clear;
   trial_.resize(images_.size(), samples_.size());
   for (std::size_t i = 0; i < images_.size(); ++i)
-    for (const Smear& smear : smears_[i])
-      images_[i].add_to(trial_.lamps[i], samples_.u_px, samples_.v_px,
-                        parameters_.segment<2>(base(i) + 1) + smear.offset_px - samples_.origin_px,
-                        smear.weight);
+    for (const Smear& smear : smears_[i]) {
+      const Eigen::Vector2d at_px =
+          parameters_.segment<2>(base(i) + 1) + smear.offset_px - samples_.origin_px;
+      if (&smear == &smears_[i].front())
+        images_[i].set_to(trial_.lamps[i], samples_.u_px, samples_.v_px, at_px, smear.weight);
+      else
+        images_[i].add_to(trial_.lamps[i], samples_.u_px, samples_.v_px, at_px, smear.weight);
+    }
   list_rows(trial_);
   const auto terms = static_cast<std::size_t>(attempt_.background_terms);
   factor_.clear();
@@ -186,32 +200,36 @@ LampFitter::Sum LampFitter::add_up(const FrameLight& light) {
 }
 
 void LampFitter::judge(std::span<const LampGuess> guesses) {
-  struct Place {
-    Eigen::Vector2f centre_px;
-    float inner_px, per_ring;
+  const auto clear = static_cast<Eigen::Index>(samples_.clear),
+             lamps = static_cast<Eigen::Index>(guesses.size());
+  const auto row = [&](const std::vector<float>& all) {
+    return Eigen::Map<const Eigen::ArrayXf>(all.data(), clear);
   };
-  std::vector<Place> places;
+  std::array<Eigen::Vector2f, kMostLamps> centres;
+  rings_.resize(clear, lamps);
   for (std::size_t i = 0; i < guesses.size(); ++i) {
     const double inner_px = std::max(guesses[i].rim_px - 1.0, 0.0);
-    places.push_back({(parameters_.segment<2>(base(i) + 1) - samples_.origin_px).cast<float>(),
-                      static_cast<float>(inner_px),
-                      static_cast<float>(1.0 / (attempt_.reach * reach_px_[i] - inner_px))});
+    const double per_ring = 1.0 / (attempt_.reach * reach_px_[i] - inner_px);
+    const Eigen::Vector2f at_px = centres[i] =
+        (parameters_.segment<2>(base(i) + 1) - samples_.origin_px).cast<float>();
+    rings_.col(static_cast<Eigen::Index>(i)) =
+        (((row(samples_.u_px) - at_px.x()).square() + (row(samples_.v_px) - at_px.y()).square())
+             .sqrt() -
+         static_cast<float>(inner_px))
+            .max(0.0F) *
+        static_cast<float>(per_ring);
   }
+  in_sigmas_ = row(accepted_.residual) * row(accepted_.weight).sqrt();
   ResidualShape shape(guesses.size(), coding_.correlated_px);
-  for (std::size_t k = 0; k < samples_.clear; ++k) {
-    if (samples_.keep[k] == 0.0F) continue;
-    const Eigen::Vector2f at_px(samples_.u_px[k], samples_.v_px[k]);
-    std::size_t nearest = 0;
-    float least = std::numeric_limits<float>::infinity();
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      const float from_px = (at_px - places[i].centre_px).norm();
-      const float ring = std::max(from_px - places[i].inner_px, 0.0F) * places[i].per_ring;
-      if (ring > least) continue;
-      nearest = i;
-      least = ring;
-    }
-    shape.add(nearest, at_px - places[nearest].centre_px, least,
-              accepted_.residual[k] * std::sqrt(accepted_.weight[k]), accepted_.noise_share[k]);
+  for (Eigen::Index k = 0; k < clear; ++k) {
+    const auto sample = static_cast<std::size_t>(k);
+    if (samples_.keep[sample] == 0.0F) continue;
+    Eigen::Index nearest = 0;
+    for (Eigen::Index i = 1; i < lamps; ++i)
+      if (rings_(k, i) <= rings_(k, nearest)) nearest = i;
+    const auto lamp = static_cast<std::size_t>(nearest);
+    shape.add(lamp, Eigen::Vector2f(samples_.u_px[sample], samples_.v_px[sample]) - centres[lamp],
+              rings_(k, nearest), in_sigmas_[k], accepted_.noise_share[sample]);
   }
   const ResidualShape::Verdict verdict =
       shape.verdict(static_cast<double>(per_lamp_), static_cast<double>(attempt_.background_terms));

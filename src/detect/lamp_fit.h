@@ -130,6 +130,8 @@ class LampFitter {
   Vector scale_;
   std::vector<double> sums_;
   std::vector<float> factor_, lights_;
+  Eigen::ArrayXXf rings_;     // place of each sample about each lamp, see ResidualShape
+  Eigen::ArrayXf in_sigmas_;  // what is left over of each
   // Of each lamp ln flux, centre and, where it is not known, the disc's radius squared; background
   // as a polynomial of the place about the lamps' middle, in units of the first one's reach.
   Vector parameters_;

@@ -51,10 +51,38 @@ void sum_products_here(std::span<const PixelRow> rows, PixelRow factor, std::spa
   }
 }
 
-void times_here(PixelRow a, PixelRow b, std::span<float> product) {
+/// Two rows by four at a time: each number that is loaded takes part in several sums.
+void sum_squares_here(std::span<const PixelRow> rows, PixelRow weight, std::span<double> sums) {
   const Tag tag;
-  for (std::size_t i = 0; i < a.size(); i += hn::Lanes(tag))
-    hn::StoreU(hn::Mul(hn::LoadU(tag, &a[i]), hn::LoadU(tag, &b[i])), tag, &product[i]);
+  const std::size_t n = rows.size();
+  for (std::size_t i = 0; i < n; i += 2) {
+    const float* mine[2] = {rows[i].data(), rows[std::min(i + 1, n - 1)].data()};
+    for (std::size_t first = 0; first <= std::min(i + 1, n - 1); first += 4) {
+      const float* row[4];
+      for (std::size_t k = 0; k < 4; ++k) row[k] = rows[std::min(first + k, n - 1)].data();
+      Lanes a = hn::Zero(tag), b = a, c = a, d = a, e = a, f = a, g = a, h = a;
+      for (std::size_t k = 0; k < weight.size(); k += hn::Lanes(tag)) {
+        const Lanes by = hn::LoadU(tag, &weight[k]);
+        const Lanes one = hn::Mul(by, hn::LoadU(tag, mine[0] + k));
+        const Lanes two = hn::Mul(by, hn::LoadU(tag, mine[1] + k));
+        const Lanes p = hn::LoadU(tag, row[0] + k), q = hn::LoadU(tag, row[1] + k);
+        const Lanes r = hn::LoadU(tag, row[2] + k), s = hn::LoadU(tag, row[3] + k);
+        a = hn::MulAdd(one, p, a);
+        b = hn::MulAdd(one, q, b);
+        c = hn::MulAdd(one, r, c);
+        d = hn::MulAdd(one, s, d);
+        e = hn::MulAdd(two, p, e);
+        f = hn::MulAdd(two, q, f);
+        g = hn::MulAdd(two, r, g);
+        h = hn::MulAdd(two, s, h);
+      }
+      const double of[2][4] = {{total(a), total(b), total(c), total(d)},
+                               {total(e), total(f), total(g), total(h)}};
+      for (std::size_t m = 0; m < 2 && i + m < n; ++m)
+        for (std::size_t k = 0; k < 4 && first + k <= i + m; ++k)
+          sums[(i + m) * (i + m + 1) / 2 + first + k] = of[m][k];
+    }
+  }
 }
 
 WeighedCosts weigh_here(const WeighedRows& rows, const PixelNoise& noise, double patch_variance) {
@@ -97,7 +125,7 @@ namespace {
 
 HWY_EXPORT(add_rows_here);
 HWY_EXPORT(sum_products_here);
-HWY_EXPORT(times_here);
+HWY_EXPORT(sum_squares_here);
 HWY_EXPORT(weigh_here);
 
 }  // namespace
@@ -112,13 +140,7 @@ void sum_products(std::span<const PixelRow> rows, PixelRow factor, std::span<dou
 }
 
 void sum_squares(std::span<const PixelRow> rows, PixelRow weight, std::span<double> sums) {
-  std::vector<float> weighted(weight.size());
-  std::size_t first = 0;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    HWY_DYNAMIC_DISPATCH(times_here)(weight, rows[i], weighted);
-    sum_products(rows.first(i + 1), weighted, sums.subspan(first));
-    first += i + 1;
-  }
+  HWY_DYNAMIC_DISPATCH(sum_squares_here)(rows, weight, sums);
 }
 
 WeighedCosts weigh(const WeighedRows& rows, const PixelNoise& noise, double patch_variance) {

@@ -74,11 +74,20 @@ struct DiscImage::Tables {
   // The mean over a pixel, as the pixel goes round the disc, is to great accuracy a constant and a
   // cosine of four times the angle.
   struct CoreRow {
-    std::vector<float> round, square;
-    explicit CoreRow(std::size_t nodes) : round(nodes), square(nodes) {}
+    // Zeros at the end make a row as long as the third after it: its disc is 3 / kRowsPerSigma
+    // wider.
+    static constexpr std::size_t kMore =
+        static_cast<std::size_t>(3.0 * kNodesPerSigma / kRowsPerSigma) + 2;
+    std::size_t nodes;
+    Eigen::ArrayXf round, square;
+    explicit CoreRow(std::size_t nodes_in)
+        : nodes(nodes_in),
+          round(Eigen::ArrayXf::Zero(static_cast<Eigen::Index>(nodes + kMore))),
+          square(round) {}
     void set(std::size_t node, double round_here, double square_here) {
-      round[node] = static_cast<float>(round_here);
-      square[node] = static_cast<float>(square_here);
+      const auto at = static_cast<Eigen::Index>(node);
+      round[at] = static_cast<float>(round_here);
+      square[at] = static_cast<float>(square_here);
     }
   };
 
@@ -141,7 +150,7 @@ void DiscImage::Tables::add_core_row() {
   CoreRow row(static_cast<std::size_t>((disc_px + kReach * sigma_px + kPixelReach_px) / step_px) +
               4);
   const double flat = index > 0.0 ? 1.0 / (kPi * disc_px * disc_px) : 0.0;
-  for (std::size_t i = 1; i < row.round.size(); ++i) {
+  for (std::size_t i = 1; i < row.nodes; ++i) {
     const double radius_px = at_px(i - 1);
     if (radius_px < disc_px - kReach * sigma_px - kPixelReach_px) {
       row.set(i, flat, 0.0);
@@ -218,22 +227,23 @@ void DiscImage::set_radius(double radius_px) {
   {
     const Cubic cubic = rows_about(radius_px / tables_->disc_step_px, rows);
     while (tables_->core_rows.size() <= rows[3]) tables_->add_core_row();
-    const std::size_t nodes = tables_->core_rows[rows[3]].round.size();
-    for (std::vector<float>* one :
-         {&core_.round, &core_.round_slope, &core_.square, &core_.square_slope})
-      one->assign(nodes, 0.0F);
-    for (std::size_t k = 0; k < 4; ++k) {
-      const Tables::CoreRow& row = tables_->core_rows[rows[k]];
-      const auto value = static_cast<float>(cubic.value[k]);
-      const auto slope = static_cast<float>(cubic.slope[k] / tables_->disc_step_px);
-      for (std::size_t i = 0; i < row.round.size(); ++i) {
-        core_.round[i] += value * row.round[i];
-        core_.round_slope[i] += slope * row.round[i];
-        core_.square[i] += value * row.square[i];
-        core_.square_slope[i] += slope * row.square[i];
-      }
-    }
-    core_reach_px_ = static_cast<double>(core_.round.size() - 4) * step_px_;
+    const std::vector<Tables::CoreRow>& all = tables_->core_rows;
+    const std::size_t nodes = all[rows[3]].nodes;
+    const auto mix = [&](const double(&weight)[4], double scale,
+                         Eigen::ArrayXf Tables::CoreRow::*of, std::vector<float>& sum) {
+      const auto n = static_cast<Eigen::Index>(nodes);
+      const auto part = [&](std::size_t k) {
+        return (all[rows[k]].*of).head(n) * static_cast<float>(scale * weight[k]);
+      };
+      sum.resize(nodes);
+      Eigen::Map<Eigen::ArrayXf>(sum.data(), n) = part(0) + part(1) + part(2) + part(3);
+    };
+    const double per_step = 1.0 / tables_->disc_step_px;
+    mix(cubic.value, 1.0, &Tables::CoreRow::round, core_.round);
+    mix(cubic.slope, per_step, &Tables::CoreRow::round, core_.round_slope);
+    mix(cubic.value, 1.0, &Tables::CoreRow::square, core_.square);
+    mix(cubic.slope, per_step, &Tables::CoreRow::square, core_.square_slope);
+    core_reach_px_ = static_cast<double>(nodes - 4) * step_px_;
   }
   const double a_px = shape_.wing_scale_px;
   unit_px_ = a_px + radius_px;
@@ -242,12 +252,14 @@ void DiscImage::set_radius(double radius_px) {
   while (tables_->wing_rows.size() <= rows[3]) tables_->add_wing_row();
   const double place_slope = 1.0 / (kWingRowStep * std::hypot(a_px, radius_px));
   const double per_px2 = 1.0 / (unit_px_ * unit_px_);
+  const double* wings[4];
+  for (std::size_t k = 0; k < 4; ++k) wings[k] = tables_->wing_rows[rows[k]].data();
   for (std::size_t i = 0; i < wing_.size(); ++i) {
-    double value = 0.0, slope = 0.0;
-    for (std::size_t k = 0; k < 4; ++k) {
-      value += cubic.value[k] * tables_->wing_rows[rows[k]][i];
-      slope += cubic.slope[k] * tables_->wing_rows[rows[k]][i];
-    }
+    const auto mix = [&](const double(&weight)[4]) {
+      return weight[0] * wings[0][i] + weight[1] * wings[1][i] + weight[2] * wings[2][i] +
+             weight[3] * wings[3][i];
+    };
+    const double value = mix(cubic.value), slope = mix(cubic.slope);
     // At a fixed share of the unit; at() adds what the growth of the unit changes.
     wing_[i] = static_cast<float>(value * per_px2);
     wing_slope_[i] = static_cast<float>((slope * place_slope - 2.0 * value / unit_px_) * per_px2);

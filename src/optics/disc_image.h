@@ -42,13 +42,15 @@ class DiscImage {
   /// Members of Pixel for many pixels, in single precision; per_radius as the disc grows.
   struct Pixels {
     std::vector<float> share, per_u, per_v, per_radius, per_wing_share;
-    void clear(std::size_t count);  ///< all 0
   };
   /// Pixels come in multiples of so many.
   static constexpr std::size_t kBatch = 16;
   /// Adds `weight` times the pixels at (u, v) px of a disc in `centre_px` to `sum`. Throws
   /// std::invalid_argument where the sizes differ or are no multiple of kBatch.
   void add_to(Pixels& sum, std::span<const float> u_px, std::span<const float> v_px,
+              const Eigen::Vector2d& centre_px, double weight) const;
+  /// The same in place of what `pixels` held before, of whatever size.
+  void set_to(Pixels& pixels, std::span<const float> u_px, std::span<const float> v_px,
               const Eigen::Vector2d& centre_px, double weight) const;
   /// The same for Pixel::share alone.
   void add_to(std::vector<float>& share, std::span<const float> u_px, std::span<const float> v_px,

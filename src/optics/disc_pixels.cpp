@@ -24,9 +24,10 @@ struct DiscProfile {
   float centre_u, centre_v, weight;
 };
 
-/// Null but for `share` where the rest is not asked for.
+/// Null but for `share` where the rest is not asked for; with `fresh` in place of what was there.
 struct DiscSums {
   float *share, *per_u = nullptr, *per_v = nullptr, *per_radius = nullptr, *per_wing = nullptr;
+  bool fresh = false;
 };
 
 }  // namespace vildar
@@ -113,14 +114,14 @@ HWY_INLINE Lanes value_of(const float* nodes, Indices first, Lanes t, Lanes& slo
   return value_at(t, a, b, c, d);
 }
 
-template <bool kSlopes>
+template <bool kSlopes, bool kFresh>
 void add_disc(const DiscProfile& disc, const DiscSums& sums) {
   const Tag tag;
   const hn::RebindToSigned<Tag> whole;
   const auto set = [](float value) HWY_ATTR { return hn::Set(Tag(), value); };
   const auto add = [&](float* sum, std::size_t i, Lanes value) HWY_ATTR {
-    hn::StoreU(hn::MulAdd(value, hn::Set(Tag(), disc.weight), hn::LoadU(Tag(), sum + i)), Tag(),
-               sum + i);
+    const Lanes before = kFresh ? hn::Zero(Tag()) : hn::LoadU(Tag(), sum + i);
+    hn::StoreU(hn::MulAdd(value, hn::Set(Tag(), disc.weight), before), Tag(), sum + i);
   };
   for (std::size_t i = 0; i < disc.count; i += hn::Lanes(tag)) {
     const Lanes du = hn::Sub(hn::LoadU(tag, disc.u + i), set(disc.centre_u));
@@ -186,10 +187,12 @@ void add_disc(const DiscProfile& disc, const DiscSums& sums) {
 }
 
 void add_disc_here(const DiscProfile& disc, const DiscSums& sums) {
-  if (sums.per_u != nullptr)
-    add_disc<true>(disc, sums);
+  if (sums.per_u == nullptr)
+    add_disc<false, false>(disc, sums);
+  else if (sums.fresh)
+    add_disc<true, true>(disc, sums);
   else
-    add_disc<false>(disc, sums);
+    add_disc<true, false>(disc, sums);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -202,17 +205,17 @@ namespace {
 
 HWY_EXPORT(add_disc_here);
 
+DiscSums sums_of(DiscImage::Pixels& pixels, bool fresh) {
+  return {pixels.share.data(),      pixels.per_u.data(),          pixels.per_v.data(),
+          pixels.per_radius.data(), pixels.per_wing_share.data(), fresh};
+}
+
 void check(std::size_t sums, std::size_t u, std::size_t v) {
   if (u != v || sums != u || u % DiscImage::kBatch != 0)
     throw std::invalid_argument("DiscImage: pixels must come in equal numbers, in batches of 16");
 }
 
 }  // namespace
-
-void DiscImage::Pixels::clear(std::size_t count) {
-  for (std::vector<float>* one : {&share, &per_u, &per_v, &per_radius, &per_wing_share})
-    one->assign(count, 0.0F);
-}
 
 DiscProfile DiscImage::profile(std::span<const float> u_px, std::span<const float> v_px,
                                const Eigen::Vector2d& centre_px, double weight) const {
@@ -240,9 +243,17 @@ DiscProfile DiscImage::profile(std::span<const float> u_px, std::span<const floa
 void DiscImage::add_to(Pixels& sum, std::span<const float> u_px, std::span<const float> v_px,
                        const Eigen::Vector2d& centre_px, double weight) const {
   check(sum.share.size(), u_px.size(), v_px.size());
+  HWY_DYNAMIC_DISPATCH(add_disc_here)(profile(u_px, v_px, centre_px, weight), sums_of(sum, false));
+}
+
+void DiscImage::set_to(Pixels& pixels, std::span<const float> u_px, std::span<const float> v_px,
+                       const Eigen::Vector2d& centre_px, double weight) const {
+  for (std::vector<float>* one :
+       {&pixels.share, &pixels.per_u, &pixels.per_v, &pixels.per_radius, &pixels.per_wing_share})
+    one->resize(u_px.size());
+  check(u_px.size(), u_px.size(), v_px.size());
   HWY_DYNAMIC_DISPATCH(add_disc_here)
-  (profile(u_px, v_px, centre_px, weight), {sum.share.data(), sum.per_u.data(), sum.per_v.data(),
-                                            sum.per_radius.data(), sum.per_wing_share.data()});
+  (profile(u_px, v_px, centre_px, weight), sums_of(pixels, true));
 }
 
 void DiscImage::add_to(std::vector<float>& share, std::span<const float> u_px,

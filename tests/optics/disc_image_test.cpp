@@ -126,12 +126,11 @@ TEST(DiscImage, ManyPixelsTogetherAreThoseOfEachAlone) {
   for (const double disc_px : {0.0, 0.4, 5.3}) {
     image.set_radius(disc_px);
     DiscImage::Pixels pixels;
-    pixels.clear(u_px.size());
+    pixels.share.assign(7, 1.0F);
+    image.set_to(pixels, u_px, v_px, centre_px, 0.25);
+    image.add_to(pixels, u_px, v_px, centre_px, 0.75);
     std::vector<float> share(u_px.size(), 0.0F);
-    for (const double weight : {0.25, 0.75}) {
-      image.add_to(pixels, u_px, v_px, centre_px, weight);
-      image.add_to(share, u_px, v_px, centre_px, weight);
-    }
+    for (const double weight : {0.25, 0.75}) image.add_to(share, u_px, v_px, centre_px, weight);
     const double near = kOfPeak * image.at(0.0, 0.0).share;
     for (std::size_t i = 0; i < u_px.size(); ++i) {
       const DiscImage::Pixel one = image.at(static_cast<double>(u_px[i]) - centre_px.x(),
