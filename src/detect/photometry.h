@@ -13,8 +13,8 @@ namespace vildar {
 
 /// What photometry needs to know of a frame.
 struct LightScale {
-  std::span<const float> linear;  ///< of each code: 0 at black, 1 at nominal white
-  std::span<const float> sigma;   ///< of one pixel of each code, linear
+  std::span<const float> linear;        ///< of each code: 0 at black, 1 at nominal white
+  std::span<const float> sigma;         ///< of one pixel of each code, linear
   std::span<const float> coding_sigma;  ///< of what coding with loss adds to that; 0 without
   int clip_code = 255;
   CodingErrors coding;

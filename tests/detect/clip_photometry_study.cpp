@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -47,8 +48,8 @@ Found measured(const Scenario& scenario, bool psf_known, int least_area_px) {
   const ImageScene& image = scenario.image;
   std::optional<PsfSite> psf;
   if (psf_known)
-    psf = PsfSite{
-        {image.core_sigma_px, image.wing_share, image.wing_scale_px, image.wing_exponent}, 0.0};
+    psf = PsfSite{{image.core_sigma_px, image.wing_share, image.wing_scale_px, image.wing_exponent},
+                  0.0};
   DetectOptions options;
   options.lossy = scenario.encoder.codec != ClipCodec::ffv1;
   Detector detector(options, Response(camera), camera.exposure_s, psf);
@@ -113,10 +114,8 @@ TEST(ClipPhotometryStudy, LightAndCentresThroughTheEncoder) {
               "bad fit", "px, 50 %", "px, 95 %", "in 95", "fitted", "rmse %", "median %", "in 95");
   for (const Coded& coded : {Coded{"h264", ClipCodec::h264, 7},
                              Coded{"h264 blurred, rolling", ClipCodec::h264, 7, 0.008, 0.02},
-                             Coded{"h264", ClipCodec::h264, 3},
-                             Coded{"h264", ClipCodec::h264, 20},
-                             Coded{"h265", ClipCodec::h265, 4},
-                             Coded{"mjpeg", ClipCodec::mjpeg, 0},
+                             Coded{"h264", ClipCodec::h264, 3}, Coded{"h264", ClipCodec::h264, 20},
+                             Coded{"h265", ClipCodec::h265, 4}, Coded{"mjpeg", ClipCodec::mjpeg, 0},
                              Coded{"ffv1", ClipCodec::ffv1, 0}})
     for (const double light : {1.0, 0.2, 0.03, 0.008, 0.001}) {
       const Scenario scenario = scenario_of(plain, coded, light);
