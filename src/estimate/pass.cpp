@@ -194,6 +194,12 @@ Found delay_method(const PowerPass& pass, const Site& site, std::span<const Powe
   const auto outcome = delay_speed(site, all, pass.from_s + offset_s, pass.to_s + offset_s);
   Found found{delay_row(outcome), {}, {}, {}};
   if (const auto* fit = std::get_if<DelayFit>(&outcome)) {
+    // No vehicle brakes so hard: the light is not that of one alone.
+    constexpr double kHardest_mps2 = 9.8;
+    if (!(std::abs(fit->acceleration_mps2) < kHardest_mps2)) {
+      found.row.speed = Miss::several_vehicles;
+      return found;
+    }
     if (pass.others_w > 0.0)
       widen_for_others(pass.others_w / brightest_w, std::get<SpeedEstimate>(found.row.speed));
     found.acceleration_mps2 = fit->acceleration_mps2;
@@ -211,12 +217,21 @@ void stand_by_surest(const std::vector<Found>& methods, VehicleResult& result) {
     if (speed && (!surest || speed->std_mps < std::get<SpeedEstimate>(surest->row.speed).std_mps))
       surest = &found;
   }
+  const bool mixed = std::ranges::any_of(methods, [](const Found& found) {
+    const Miss* miss = std::get_if<Miss>(&found.row.speed);
+    return miss && *miss == Miss::several_vehicles && found.row.method == Method::delay_photodiodes;
+  });
   // Where they contradict each other, the delay stands: no lamp and no channel enters it.
   for (const Found& found : methods) {
     const auto* speed = std::get_if<SpeedEstimate>(&found.row.speed);
     if (speed && found.row.method == Method::delay_photodiodes && useful(*speed) &&
         apart(*speed, std::get<SpeedEstimate>(surest->row.speed)))
       surest = &found;
+  }
+  if (mixed) {
+    result.method = Method::delay_photodiodes;
+    result.withheld = Miss::several_vehicles;
+    return;
   }
   if (!surest) {
     result.method = methods.front().row.method;
