@@ -13,12 +13,8 @@ constexpr double kLeastRadius_px = 0.1;  // a point, to any PSF of half a pixel 
 constexpr std::size_t kBackgroundPixels = 256;
 constexpr int kMostIterations = 20;
 // Expected fall of the cost: a sixteenth of a sigma, and one small enough for the next step to be
-// the last, which nobody needs to look at: what it leaves is a tenth of it, or as much less again
-// as the fall is less than the one before.
-constexpr double kDone = 4e-3, kLastStep = 0.04, kMostLastStep = 0.25;
-// Flux, radius and background tell little of each other where pixels clip: damping, of what is
-// left, makes of a step to the summit nearby a walk.
-constexpr double kDampingFarOff = 1e-3, kDampingNearby = 1e-6;
+// the last, which nobody needs to look at: what it leaves is a tenth of it.
+constexpr double kDone = 4e-3, kLastStep = 0.04;
 constexpr double kRounding = 1e-6, kLeastFall = 1e-3;  // of costs in single precision
 
 }  // namespace
@@ -120,9 +116,7 @@ std::optional<LampFitter::Vector> LampFitter::moved(const Vector& move,
 bool LampFitter::climb(const FrameLight& light, std::span<const LampGuess> guesses, Sum& sum) {
   sum = add_up(light);
   std::swap(accepted_, trial_);
-  const bool told = std::all_of(guesses.begin(), guesses.end(),
-                                [](const LampGuess& guess) { return guess.flux.has_value(); });
-  double damping = told ? kDampingNearby : kDampingFarOff, last_fall = 0.0;
+  double damping = 1e-3;
   for (int i = 0; i < kMostIterations; ++i, ++result_.iterations) {
     Vector move = step(sum, damping);
     if (!move.allFinite()) return false;
@@ -132,14 +126,12 @@ bool LampFitter::climb(const FrameLight& light, std::span<const LampGuess> guess
     if (!after) return false;
     const Vector before = parameters_;
     set_parameters(*after);
-    const bool last = fall < kLastStep || (fall < kMostLastStep && fall * fall < kDone * last_fall);
-    if (damping < 1.0 && last) return true;
+    if (damping < 1.0 && fall < kLastStep) return true;
     Sum trial = add_up(light);
     if (trial.frozen_cost <= (1.0 + kRounding) * sum.cost + kLeastFall) {
       sum = std::move(trial);
       std::swap(accepted_, trial_);
       damping = std::max(0.2 * damping, 1e-7);
-      last_fall = fall;
     } else {
       set_parameters(before);
       damping = std::max(10.0 * damping, 1e-4);

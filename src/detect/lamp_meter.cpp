@@ -18,9 +18,8 @@ constexpr double kMostMove_px = 25.0;
 constexpr double kMostShift_px = 1.5;
 constexpr double kMostShiftShare = 0.3;  // of the light's spread
 constexpr double kLeastKnown = 0.3;      // relative sigma of a flux that is worth having
-/// A lamp starts from the radius and the background of the last frame. Every so many frames it
-/// starts from anew where a level background does not do, and from one a step plainer.
-constexpr int kLooks = 16, kPlainerLooks = 4;
+/// A lamp starts from the radius of the last frame, and every so many frames from anew.
+constexpr int kLooks = 16;
 constexpr double kFirstRadius = 0.6;  // of a disc that is not known, of its rim
 constexpr double kOthersReach = 3.0;  // further off a lamp's wings are as good as level
 constexpr double kSettled = 0.05;     // of ln flux
@@ -104,10 +103,8 @@ void LampMeter::start(const FrameLight& light, std::size_t k, const Peak& peak,
     now.fitted = true;
     now.lamp.radius_px = same->lamp.radius_px;
     now.lamp.flux = same->lamp.flux;
-    // What a level background explains from the radius of the last frame needs no other.
-    if (now.looks > 0 || (same->well_fitted && same->attempt == 0)) {
-      const int plainer = now.looks % kPlainerLooks == 0 || !same->well_fitted ? 1 : 0;
-      now.first_attempt = std::max(0, same->attempt - plainer);
+    if (now.looks > 0) {
+      now.first_attempt = std::max(0, same->attempt - 1);
       guess.radius_px = same->lamp.radius_px;
       guess.flux = same->lamp.flux;
     }
@@ -155,7 +152,6 @@ bool LampMeter::fit_group(const FrameLight& light, std::size_t group,
     const LampFit& lamp = fit.lamps[i];
     settled &= now.fitted || std::abs(std::log(lamp.flux / now.lamp.flux)) < kSettled;
     now.fitted = true;
-    now.well_fitted = !fit.bad_fit;
     now.attempt = fit.attempt;
     now.lamp.centre_px = lamp.centre_px;
     now.lamp.radius_px = lamp.radius_px;

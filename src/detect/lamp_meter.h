@@ -28,9 +28,9 @@ class LampMeter {
  private:
   struct Known {
     OtherLamp lamp;
-    int first_attempt = 0, attempt = 0;        ///< at the background; see LampFitter
-    int looks = 0;                             ///< since it was last fitted from the start
-    bool fitted = false, well_fitted = false;  ///< the latter: nothing with a shape was left over
+    int first_attempt = 0, attempt = 0;  ///< at the background; see LampFitter
+    int looks = 0;                       ///< since it was last fitted from the start
+    bool fitted = false;
   };
   void start(const FrameLight& light, std::size_t k, const Peak& peak, const Measured& seen,
              double since_s);
