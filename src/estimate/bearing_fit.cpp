@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <tuple>
-#include <utility>
 
 #include "core/clock.h"
 #include "estimate/camera_view.h"
@@ -119,26 +117,17 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   seen.fit = std::get<GeometryFit>(outcome);
   const auto look = [&] {
-    found.check =
-        check_residuals(problem, seen.fit.parameters, camera.focal_px(), site.ego.has_value());
+    found.check = check_residuals(problem, seen.fit.parameters, camera.focal_px());
   };
-  // Of the lamps, and of what parts the two of a frame.
-  using Factors = std::pair<Eigen::Vector2d, std::optional<Eigen::Vector2d>>;
-  const auto far_off = [](const Factors& one, const Factors& other) {
-    const Eigen::Vector2d ones = Eigen::Vector2d::Ones();
-    return (one.first.array() > kFarOff * other.first.array()).any() ||
-           (one.second.value_or(ones).array() > kFarOff * other.second.value_or(ones).array())
-               .any();
-  };
-  const auto let_wander = [&](const Factors& factors) {
-    std::tie(problem.sigma_factor, problem.apart_factor) = factors;
+  const auto let_wander = [&](const Eigen::Vector2d& sigma_factor) {
+    problem.sigma_factor = sigma_factor;
     if (auto change = find_motion_change(problem, seen.fit, seen.frames))
       seen.change = std::move(*change);
   };
   look();
-  const Factors quick(found.check.quick_factor, found.check.quick_apart_factor);
-  if (far_off(quick, Factors(Eigen::Vector2d::Ones(), std::nullopt))) {
-    std::tie(problem.sigma_factor, problem.apart_factor) = quick;
+  const Eigen::Vector2d quick = found.check.quick_factor;
+  if ((quick.array() > kFarOff).any()) {
+    problem.sigma_factor = quick;
     const auto again = fit_geometry(problem, seen.fit.parameters);
     if (const auto* fit = std::get_if<GeometryFit>(&again)) seen.fit = *fit;
   }
@@ -147,8 +136,8 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
   look();
   // What even that leaves makes its size less sure. The bearings are no longer judged by it: where
   // little else holds the pose, priors now draw the path away from them.
-  const Factors whole(found.check.sigma_factor, found.check.apart_factor);
-  if (far_off(whole, quick)) let_wander(whole);
+  if ((found.check.sigma_factor.array() > kFarOff * quick.array()).any())
+    let_wander(found.check.sigma_factor);
   return found;
 }
 

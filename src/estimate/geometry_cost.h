@@ -1,8 +1,5 @@
 #pragma once
 
-#include <array>
-#include <cmath>
-
 #include <ceres/problem.h>
 
 #include "estimate/geometry_fit.h"
@@ -11,45 +8,23 @@ namespace vildar {
 
 // Residual functors shared by the camera-only and the joint fit; T may be a ceres::Jet.
 
-/// Whitened error of one lamp in one frame. Where the camera turns between frames, what it has in
-/// common with the frame's other lamp and what parts the two have sigmas of their own.
+/// Whitened error of one lamp in one frame.
 struct LampResidual {
   const GeometryProblem* problem;
   std::size_t index;
 
   template <class T>
   bool operator()(const T* p, T* residual) const {
-    if (!error(p, residual)) return false;
-    const Eigen::Vector2d& sigma = problem->lamps[index].sigma;
-    const Eigen::Vector2d& factor = problem->sigma_factor;
-    const auto other = problem->apart_factor ? problem->other_lamp(index) : std::nullopt;
-    if (!other) {
-      for (int axis = 0; axis < 2; ++axis) residual[axis] /= sigma[axis] * factor[axis];
-      return true;
-    }
-    std::array<T, 2> others;
-    if (!LampResidual{problem, *other}.error(p, others.data())) return false;
-    for (int axis = 0; axis < 2; ++axis) {
-      // Half the sum and half the difference, in sigmas of each lamp.
-      const double whiten = M_SQRT1_2 / std::hypot(sigma[axis], problem->lamps[*other].sigma[axis]);
-      const T& beside = others[static_cast<std::size_t>(axis)];
-      residual[axis] = (residual[axis] + beside) * (whiten / factor[axis]) +
-                       (residual[axis] - beside) * (whiten / (*problem->apart_factor)[axis]);
-    }
-    return true;
-  }
-
-  /// In normalised image axes. False where the lamp is not before the camera.
-  template <class T>
-  bool error(const T* p, T* found) const {
     const LampObservation& seen = problem->lamps[index];
     const double tau_s = seen.time_s - problem->reference_s;
     const Eigen::Matrix<T, 3, 1> ray =
         camera_axes(p, problem->setting,
                     lamp_from_camera_m(p, problem->setting, tau_s, seen.side, problem->ego[index]));
     if (!(ray.z() > T(1e-6))) return false;
-    found[0] = ray.x() / ray.z() - seen.normalized.x();
-    found[1] = ray.y() / ray.z() - seen.normalized.y();
+    residual[0] =
+        (ray.x() / ray.z() - seen.normalized.x()) / (seen.sigma.x() * problem->sigma_factor.x());
+    residual[1] =
+        (ray.y() / ray.z() - seen.normalized.y()) / (seen.sigma.y() * problem->sigma_factor.y());
     return true;
   }
 };

@@ -75,9 +75,9 @@ Outcome<GeometryFit> fit_geometry(const GeometryProblem& problem, const PathVect
 Eigen::Matrix2Xd bearing_residuals(const GeometryProblem& problem, const PathVector& parameters) {
   Eigen::Matrix2Xd residuals(2, static_cast<Eigen::Index>(problem.lamps.size()));
   for (std::size_t i = 0; i < problem.lamps.size(); ++i) {
-    Eigen::Vector2d error = Eigen::Vector2d::Zero();
-    LampResidual{&problem, i}.error(parameters.data(), error.data());
-    residuals.col(static_cast<Eigen::Index>(i)) = error.cwiseQuotient(problem.lamps[i].sigma);
+    Eigen::Vector2d residual = Eigen::Vector2d::Zero();
+    LampResidual{&problem, i}(parameters.data(), residual.data());
+    residuals.col(static_cast<Eigen::Index>(i)) = residual.cwiseProduct(problem.sigma_factor);
   }
   return residuals;
 }

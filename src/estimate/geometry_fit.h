@@ -38,18 +38,6 @@ struct GeometryProblem {
   MetricPriors priors;
   /// Factors on the observations' sigmas, image u and v: what the residuals ask for.
   Eigen::Vector2d sigma_factor = Eigen::Vector2d::Ones();
-  /// The same of what parts the two lamps of a frame, which no turn of the camera moves; none: it
-  /// is as unsure as the lamps.
-  std::optional<Eigen::Vector2d> apart_factor;
-
-  /// Index of the frame's other lamp.
-  std::optional<std::size_t> other_lamp(std::size_t index) const {
-    const auto together = [&](std::size_t other) {
-      return other < lamps.size() && lamps[other].sighting == lamps[index].sighting;
-    };
-    if (index > 0 && together(index - 1)) return index - 1;
-    return together(index + 1) ? std::optional(index + 1) : std::nullopt;
-  }
 };
 
 struct GeometryFit {

@@ -9,7 +9,6 @@ namespace vildar {
 namespace {
 
 constexpr double kSigmaPerMad = 1.4826;
-constexpr double kStandsOut = 2.0;  // slow structure: one axis in sixteen by chance
 
 double median_abs(const Eigen::VectorXd& values) {
   std::vector<double> sorted(values.data(), values.data() + values.size());
@@ -99,113 +98,48 @@ Slow slow_structure(const Eigen::VectorXd& frames, double nominal_variance) {
   return {variance, variance / std::max(nominal_variance, quicker)};
 }
 
-void add_bends(const Eigen::VectorXd& series, std::vector<double>& bends) {
-  for (Eigen::Index i = 2; i < series.size(); ++i)
-    bends.push_back(series[i] - 2.0 * series[i - 1] + series[i - 2]);
-}
-
-// Second differences of each lamp's residuals.
-std::vector<double> bends_of(const GeometryProblem& problem, const Eigen::VectorXd& residual) {
+// Robust scatter of what changes from frame to frame: second differences of each lamp's residuals,
+// over that of independent ones of sigma one. One where the frames are too few.
+double quick_scatter(const GeometryProblem& problem, const Eigen::VectorXd& residual) {
+  constexpr std::size_t kFewest = 6;
   std::vector<double> bends;
   for (const bool left : {true, false}) {
     std::vector<double> own;
     for (std::size_t i = 0; i < problem.lamps.size(); ++i)
       if ((problem.lamps[i].side >= 0.0) == left)
         own.push_back(residual[static_cast<Eigen::Index>(i)]);
-    add_bends(Eigen::Map<Eigen::VectorXd>(own.data(), static_cast<Eigen::Index>(own.size())),
-              bends);
+    for (std::size_t i = 2; i < own.size(); ++i)
+      bends.push_back(own[i] - 2.0 * own[i - 1] + own[i - 2]);
   }
-  return bends;
-}
-
-// Robust scatter of what changes from frame to frame, by second differences, over that of
-// independent residuals of sigma one. One where the frames are too few.
-double quick_scatter(const std::vector<double>& bends) {
-  constexpr std::size_t kFewest = 6;
   if (bends.size() < kFewest) return 1.0;
   const auto count = static_cast<Eigen::Index>(bends.size());
-  return kSigmaPerMad * median_abs(Eigen::Map<const Eigen::VectorXd>(bends.data(), count)) /
+  return kSigmaPerMad * median_abs(Eigen::Map<Eigen::VectorXd>(bends.data(), count)) /
          std::sqrt(6.0);
-}
-
-// A fit's residuals beyond three robust sigmas, which the loss already tames, would pose as
-// correlation.
-Eigen::VectorXd tamed(const Eigen::VectorXd& residual, double robust) {
-  return residual.cwiseMin(3.0 * robust).cwiseMax(-3.0 * robust);
-}
-
-// What one axis of a series of frames asks for, in sigmas of one frame.
-struct SeriesCheck {
-  double factor = 1.0, quick = 1.0, misfit = 0.0;
-};
-SeriesCheck check_series(const Eigen::VectorXd& series) {
-  const auto n = static_cast<double>(series.size());
-  const double robust = std::max(kSigmaPerMad * median_abs(series), 1e-12);
-  const Eigen::VectorXd frames = tamed(series, robust);
-  const double correlated = correlation_factor(0.0, frames);
-  const double freedom = std::max(0.25 * n, n - kUnknownsPerAxis * correlated);
-  SeriesCheck check;
-  check.factor = std::max(1.0, robust * std::sqrt(n / freedom)) * std::sqrt(correlated);
-  std::vector<double> bends;
-  add_bends(series, bends);
-  check.quick = std::max(1.0, quick_scatter(bends));
-  const Slow slow = slow_structure(frames, 1.0);
-  if (slow.misfit > kStandsOut) check.factor = std::max(check.factor, std::sqrt(slow.variance));
-  check.misfit = slow.misfit;
-  return check;
-}
-
-// The same for what the two lamps of a frame have in common and for what parts them.
-void look_apart(const GeometryProblem& problem, const Eigen::Matrix2Xd& residuals,
-                ResidualCheck& check) {
-  constexpr std::size_t kFewestPairs = 12;
-  std::vector<std::size_t> firsts;
-  for (std::size_t i = 0; i < problem.lamps.size(); ++i)
-    if (problem.other_lamp(i) == i + 1) firsts.push_back(i);
-  if (firsts.size() < kFewestPairs) return;
-  check.apart_factor.emplace();
-  check.quick_apart_factor.emplace();
-  check.misfit = 0.0;
-  for (int axis = 0; axis < 2; ++axis) {
-    Eigen::VectorXd common(static_cast<Eigen::Index>(firsts.size())), apart = common;
-    for (std::size_t k = 0; k < firsts.size(); ++k) {
-      const std::size_t i = firsts[k];
-      const double sigma = problem.lamps[i].sigma[axis], other = problem.lamps[i + 1].sigma[axis];
-      const auto at = static_cast<Eigen::Index>(i), to = static_cast<Eigen::Index>(k);
-      const double one = residuals(axis, at) * sigma / std::hypot(sigma, other);
-      const double two = residuals(axis, at + 1) * other / std::hypot(sigma, other);
-      common[to] = one + two;
-      apart[to] = one - two;
-    }
-    const SeriesCheck both = check_series(common), between = check_series(apart);
-    check.sigma_factor[axis] = both.factor;
-    check.quick_factor[axis] = both.quick;
-    (*check.apart_factor)[axis] = between.factor;
-    (*check.quick_apart_factor)[axis] = between.quick;
-    check.misfit = std::max(check.misfit, between.misfit);
-  }
 }
 
 }  // namespace
 
 ResidualCheck check_residuals(const GeometryProblem& problem, const PathVector& parameters,
-                              double focal_px, bool turning) {
+                              double focal_px) {
   Eigen::Matrix2Xd residuals = bearing_residuals(problem, parameters);
   const auto n = static_cast<double>(residuals.cols());
   ResidualCheck check;
   Eigen::Vector2d robust;
   for (int axis = 0; axis < 2; ++axis) {
+    // Winsorised, so that outliers, which the loss already tames, do not pose as correlation.
     robust[axis] = std::max(kSigmaPerMad * median_abs(residuals.row(axis).transpose()), 1e-12);
-    const Eigen::VectorXd kept = tamed(residuals.row(axis).transpose(), robust[axis]);
+    const Eigen::VectorXd tamed =
+        residuals.row(axis).transpose().cwiseMin(3.0 * robust[axis]).cwiseMax(-3.0 * robust[axis]);
     check.quick_factor[axis] =
-        std::max(1.0, quick_scatter(bends_of(problem, residuals.row(axis).transpose())));
-    const double lamps = lamp_correlation(problem, kept);
-    const Eigen::VectorXd frames = frame_means(problem, kept);
+        std::max(1.0, quick_scatter(problem, residuals.row(axis).transpose()));
+    const double lamps = lamp_correlation(problem, tamed);
+    const Eigen::VectorXd frames = frame_means(problem, tamed);
     const double correlated = correlation_factor(lamps, frames);
     const double freedom = std::max(0.25 * n, n - kUnknownsPerAxis * correlated);
     const double scatter = robust[axis] * std::sqrt(n / freedom);
     check.sigma_factor[axis] = std::max(1.0, scatter) * std::sqrt(correlated);
     // As much again where slow structure stands out that neither scatter nor correlation explains.
+    constexpr double kStandsOut = 2.0;  // one axis in sixteen by chance
     const double nominal = static_cast<double>(frames.size()) / n;
     const Slow slow = slow_structure(frames, nominal);
     if (slow.misfit > kStandsOut)
@@ -222,7 +156,6 @@ ResidualCheck check_residuals(const GeometryProblem& problem, const PathVector& 
   for (Eigen::Index i = 0; i < residuals.cols(); ++i)
     outliers += (residuals.col(i).cwiseAbs().array() > kOutlier * robust.array().max(1.0)).any();
   check.outlier_share = outliers / n;
-  if (turning) look_apart(problem, residuals, check);
   return check;
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "estimate/geometry_fit.h"
@@ -14,21 +13,15 @@ struct ResidualCheck {
   Eigen::Vector2d sigma_factor = Eigen::Vector2d::Ones();
   Eigen::Vector2d scatter_px = Eigen::Vector2d::Zero();  ///< robust, per axis
   double outlier_share = 0.0;                            ///< observations beyond four robust sigmas
-  /// Factor that the scatter from frame to frame alone asks for, which no motion of a vehicle
-  /// makes.
+  /// Factor that the scatter from frame to frame alone asks for, which no motion of a vehicle makes.
   Eigen::Vector2d quick_factor = Eigen::Vector2d::Ones();
-  /// Where the two lamps of a frame were looked at apart: of what parts them; the others are then
-  /// of what they have in common, and `misfit` is of what parts them.
-  std::optional<Eigen::Vector2d> apart_factor, quick_apart_factor;
   /// Slow structure over what quicker noise explains, as variances: about 1 where the vehicle moves
   /// as the model says, 0 where the frames are too few to tell.
   double misfit = 0.0;
 };
 
-/// `focal_px` turns normalised errors into pixels. `turning`: the camera may turn from frame to
-/// frame, so that the two lamps of a frame are looked at apart, where there are a dozen such
-/// frames. Needs at least one observation.
+/// `focal_px` turns normalised errors into pixels. Needs at least one observation.
 ResidualCheck check_residuals(const GeometryProblem& problem, const PathVector& parameters,
-                              double focal_px, bool turning);
+                              double focal_px);
 
 }  // namespace vildar

@@ -96,7 +96,6 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& track, con
         "tail lamps: the site file has no lamps.tail_height_m or no tail_separation_m; the "
         "headlamps' mean was taken with a std of at least 0.2 m");
   seen.problem.sigma_factor = first.check.sigma_factor.cwiseMax(1.0);
-  seen.problem.apart_factor = first.check.apart_factor;
   if (first.scaled) return fit_hypotheses(seen, first.readings, site, track.direction);
   const auto again = fit_geometry(seen.problem, seen.fit.parameters);
   if (const Miss* miss = std::get_if<Miss>(&again)) return *miss;

@@ -145,19 +145,6 @@ TEST(Geometry, DashcamFollowsAnEgoTrace) {
   EXPECT_NEAR(*result.closing_speed_mps, 12.0 + 15.0 - 3.0 * result.speed.time_s, 0.02);
 }
 
-// What parts the two lamps of a frame no turn of the camera moves: it tells the speed as well as
-// bearings of a camera at rest, but for what elevation and azimuth add to these.
-TEST(Geometry, AShakenDashcamHasWhatPartsTheLamps) {
-  const Vehicle vehicle{12.0, 0.0, 80.0, 3.5, 0.65, 1.2};
-  View view{.ego_mps = 15.0};
-  const VehicleResult still = result_of(vehicle, dashcam_site(), view);
-  view.shake_px = 3.0;
-  const VehicleResult shaken = result_of(vehicle, dashcam_site(), view);
-  ASSERT_FALSE(shaken.withheld);
-  EXPECT_LT(std::abs(shaken.speed.speed_mps - vehicle.speed_mps), 2.0 * shaken.speed.std_mps);
-  EXPECT_LT(shaken.speed.std_mps, 2.0 * still.speed.std_mps);
-}
-
 TEST(Geometry, RecedingVehicles) {
   Site site = mast_site(4.0);
   site.road.lanes.push_back({"far", {-7.5, 0.3}, 3.5, Direction::receding});
