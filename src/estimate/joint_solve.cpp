@@ -44,6 +44,10 @@ std::vector<int> free_light(const LightSetting& light) {
   return free;
 }
 
+bool ratio_is_free(const JointProblem& joint, std::size_t receiver) {
+  return receiver > 0 && joint.receivers[receiver].receiver.log_ratio_std > 0.0;
+}
+
 std::vector<int> free_unknowns(const JointProblem& joint) {
   std::vector<int> free = free_parameters(joint.geometry);
   std::ranges::copy(free_light(joint.light), std::back_inserter(free));
@@ -51,7 +55,7 @@ std::vector<int> free_unknowns(const JointProblem& joint) {
     const Receiver& receiver = joint.receivers[r].receiver;
     const auto first = static_cast<int>(first_own(r));
     free.insert(free.end(), {first + kBackground, first + kDrift});
-    if (r > 0 && receiver.log_ratio_std > 0.0) free.push_back(first + kLogRatio);
+    if (ratio_is_free(joint, r)) free.push_back(first + kLogRatio);
     if (r > 0 && receiver.ahead_std_m > 0.0) free.push_back(first + kAhead);
   }
   return free;
@@ -188,10 +192,14 @@ JointUnknowns start_of(const JointProblem& joint, const PathVector& path) {
   start.path = path;
   start.light[kExponent] = joint.light.exponent;
   for (const Lit& lit : joint.receivers) start.own.push_back(lit.start);
-  const std::vector<int> free = free_light(joint.light);
+  std::vector<int> free = free_light(joint.light);
+  for (std::size_t r = 0; r < joint.receivers.size(); ++r)
+    if (ratio_is_free(joint, r)) free.push_back(static_cast<int>(first_own(r)) + kLogRatio);
   for (int round = 0; round < kRounds; ++round) {
     Rows rows(joint, true);
-    for (const Lit& lit : joint.receivers)
+    for (std::size_t r = 0; r < joint.receivers.size(); ++r) {
+      const Lit& lit = joint.receivers[r];
+      const double log_ratio = start.own[r][kLogRatio];
       for (const LitBlock& block : lit.blocks) {
         const double tau_s = block.time_s - joint.geometry.reference_s + start.light[kTimeShift];
         double value = 0.0;
@@ -203,8 +211,12 @@ JointUnknowns start_of(const JointProblem& joint, const PathVector& path) {
         const double sigma = block.sigma / block.light;
         for (std::size_t i = 0; i < kLightParameters; ++i)
           rows.slopes()[kFirstLight + static_cast<Index>(i)] = -gradient.light[i] / sigma;
-        rows.add((std::log(block.light / block.bulge) - value - lit.start[kLogRatio]) / sigma);
+        rows.slopes()[first_own(r) + kLogRatio] = -1.0 / sigma;
+        rows.add((std::log(block.light / block.bulge) - value - log_ratio) / sigma);
       }
+      rows.add_prior(first_own(r) + kLogRatio, log_ratio - lit.receiver.log_ratio,
+                     lit.receiver.log_ratio_std);
+    }
     add_priors(joint.light, start, rows);
     const Residuals linear = rows.with({}, free);
     Eigen::VectorXd all = packed(start);
