@@ -25,6 +25,7 @@ constexpr double kPriorLogOdds = -0.5;
 constexpr double kStayingLogOdds = 3.0;
 constexpr int kYoung = 15;  // frames seen together
 constexpr int kLong = 45;   // what was seen of a pair for so long is reported
+constexpr double kMostShareOfRival = 0.5;
 constexpr double kLeastLogOdds = -15.0;
 // The body of a vehicle hides, from low down, whatever shines on the line between its lamps.
 constexpr double kBetweenChi2 = 12.0;
@@ -48,6 +49,10 @@ bool has_changed(const Lamp& lamp, LampKind kind) {
                           lamp.red.share() > kRedShare;
   return turned_red ||
          (lamp.lamp_like.looks() >= kLampLooks && lamp.lamp_like.share() < kLampShare);
+}
+
+double log_odds_of(double per_look, int looks) {
+  return kPriorLogOdds + per_look * std::min(kMostFacts, looks / kLooksPerFact);
 }
 
 double staying_log_odds(const Vehicle& vehicle) {
@@ -187,8 +192,7 @@ std::vector<Pairing::Evidence*> Pairing::best_pairs(std::int64_t frame) {
     const bool together = pair.a->vehicle && pair.a->vehicle == pair.b->vehicle;
     if ((pair.last_frame != frame && !together) || pair.looks < kLooksToJoin) continue;
     if (!together && (pair.chi2 > kMostChi2ToJoin || !fits_kind(*pair.a, *pair.b))) continue;
-    const double worth = kPriorLogOdds +
-                         pair.log_odds * std::min(kMostFacts, pair.looks / kLooksPerFact) +
+    const double worth = log_odds_of(pair.log_odds, pair.looks) +
                          (together ? staying_log_odds(*pair.a->vehicle) : 0.0);
     if (worth <= 0.0) continue;
     candidates.push_back(&pair);
@@ -303,6 +307,7 @@ void Pairing::refresh(Vehicles& vehicles, std::int64_t frame, CameraTime time) {
       else if (crossed || vehicle->chi2 > kMostChi2ToStay) {
         vehicle->cut_after = vehicle->last_good;
         vehicle->came_apart = true;
+        vehicle->ambiguous |= has_rival(*left, *right, vehicle->both_seen);
       }
     } else {
       const double alone_s = seconds_of(time) - seconds_of(vehicle->last_both_time);
@@ -328,6 +333,29 @@ void Pairing::refresh(Vehicles& vehicles, std::int64_t frame, CameraTime time) {
   }
 }
 
+// Whether one of the lamps goes as well with a third, which was there for most of the time that the
+// two were seen as a pair: then nothing tells that they ever were one.
+bool Pairing::has_rival(const Lamp& a, const Lamp& b, int both_seen) const {
+  const auto seen_beside = [](const Lamp& one_lamp, const Lamp& other_lamp) {
+    std::size_t frames = 0;
+    for (auto one = one_lamp.records.begin(), other = other_lamp.records.begin();
+         one != one_lamp.records.end() && other != other_lamp.records.end();) {
+      frames += one->frame == other->frame;
+      const std::int64_t now = std::min(one->frame, other->frame);
+      one += one->frame == now;
+      other += other->frame == now;
+    }
+    return static_cast<double>(frames);
+  };
+  return std::any_of(evidence_.begin(), evidence_.end(), [&](const Evidence& other) {
+    if (other.looks < kLooksToJoin || other.chi2 > kMostChi2ToJoin ||
+        !(log_odds_of(other.log_odds, other.looks) > 0.0))
+      return false;
+    return (other.a == &a || other.a == &b) != (other.b == &a || other.b == &b) &&
+           seen_beside(*other.a, *other.b) > kMostShareOfRival * both_seen;
+  });
+}
+
 void Pairing::update(Lamps& lamps, Vehicles& vehicles, std::int64_t frame, CameraTime time) {
   look_at_pairs(lamps, frame);
   const std::vector<Evidence*> chosen = best_pairs(frame);
@@ -347,6 +375,7 @@ void Pairing::update(Lamps& lamps, Vehicles& vehicles, std::int64_t frame, Camer
         !vehicle->past_right.empty()) {
       vehicle->cut_after = vehicle->last_good;
       vehicle->came_apart = true;
+      vehicle->ambiguous |= has_rival(*pair.a, *pair.b, vehicle->both_seen);
       continue;
     }
     pair.a->vehicle = pair.b->vehicle = nullptr;

@@ -36,6 +36,7 @@ class Pairing {
   std::vector<Evidence*> best_pairs(std::int64_t frame);
   void join(Evidence& pair, Vehicles& vehicles, std::int64_t frame);
   Evidence* evidence_of(const Lamp* a, const Lamp* b);
+  bool has_rival(const Lamp& a, const Lamp& b, int both_seen) const;
 
   using LampsOf = std::pair<const Lamp*, const Lamp*>;
   struct LampsHash {
