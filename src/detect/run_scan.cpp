@@ -27,32 +27,42 @@ std::uint64_t block_mask(const T* pixels, T threshold) {
       hn::Set(tag, static_cast<T>(threshold - 1));  // this Highway has no unsigned >=
   std::uint64_t mask = 0;
   for (int i = 0; i < kBlock; i += lanes) {
+    // Read as wide as it was written: the processor need not wait for the store.
+    constexpr std::size_t kBytes = std::min<std::size_t>((hn::MaxLanes(tag) + 7) / 8, 8);
     std::uint8_t bits[16] = {};
     hn::StoreMaskBits(tag, hn::Gt(hn::LoadU(tag, pixels + i), below), bits);
     std::uint64_t word = 0;
-    std::memcpy(&word, bits, sizeof(word));
+    std::memcpy(&word, bits, kBytes);
     if (lanes < kBlock) word &= (std::uint64_t{1} << lanes) - 1;
     mask |= word << i;
   }
   return mask;
 }
 
-/// Index of the first stretch of kSkip pixels in [from, count - kSkip] that holds a bright one;
-/// else the first index past the stretches looked at.
 template <class T>
-int skip_dark(const T* pixels, int from, int count, T threshold) {
-  constexpr int kSkip = 2 * kBlock;
+int stretch_px() {
+  return 4 * static_cast<int>(hn::Lanes(hn::CappedTag<T, kBlock>()));
+}
+
+/// Whether none of at least stretch_px() pixels is bright. Four chains of maxima, so that none
+/// waits for the one before it, and one look at them: not much more than the plain maximum costs.
+template <class T>
+HWY_INLINE bool all_dark(const T* pixels, int count, T threshold) {
   const hn::CappedTag<T, kBlock> tag;
   const int lanes = static_cast<int>(hn::Lanes(tag));
+  auto a = hn::Zero(tag), b = a, c = a, d = a;
+  const auto look_at = [&](const T* from) HWY_ATTR {
+    a = hn::Max(a, hn::LoadU(tag, from));
+    b = hn::Max(b, hn::LoadU(tag, from + lanes));
+    c = hn::Max(c, hn::LoadU(tag, from + 2 * lanes));
+    d = hn::Max(d, hn::LoadU(tag, from + 3 * lanes));
+  };
+  const T* const last = pixels + count - stretch_px<T>();
+  for (; pixels < last; pixels += stretch_px<T>()) look_at(pixels);
+  look_at(last);
   const auto below =
       hn::Set(tag, static_cast<T>(threshold - 1));  // this Highway has no unsigned >=
-  for (; from + kSkip <= count; from += kSkip) {
-    auto brightest = hn::LoadU(tag, pixels + from);
-    for (int i = lanes; i < kSkip; i += lanes)
-      brightest = hn::Max(brightest, hn::LoadU(tag, pixels + from + i));
-    if (!hn::AllFalse(tag, hn::Gt(brightest, below))) break;
-  }
-  return from;
+  return hn::AllFalse(tag, hn::Gt(hn::Max(hn::Max(a, b), hn::Max(c, d)), below));
 }
 
 template <class T>
@@ -60,9 +70,10 @@ void scan_row(const T* pixels, int count, T threshold, int v, std::vector<PixelR
   int open = -1;  // start of the run that reaches the block's left edge
   int u = 0;
   while (u < count) {
-    if (open < 0) {
-      u = skip_dark(pixels, u, count, threshold);
-      if (u >= count) break;
+    if (open < 0 && u + stretch_px<T>() <= count &&
+        all_dark(pixels + u, stretch_px<T>(), threshold)) {
+      u += stretch_px<T>();
+      continue;
     }
     std::uint64_t mask = 0;
     if (u + kBlock <= count) {
@@ -90,17 +101,20 @@ void scan_row(const T* pixels, int count, T threshold, int v, std::vector<PixelR
 }
 
 template <class T>
-void scan_plane(const LumaView& luma, int threshold, std::vector<PixelRun>& runs) {
-  for (int v = 0; v < luma.height_px; ++v)
-    scan_row(reinterpret_cast<const T*>(luma.row(v)), luma.width_px, static_cast<T>(threshold), v,
-             runs);
+void scan_plane(const LumaView& luma, T threshold, std::vector<PixelRun>& runs) {
+  const int count = luma.width_px;
+  for (int v = 0; v < luma.height_px; ++v) {
+    const T* row = reinterpret_cast<const T*>(luma.row(v));
+    if (count < stretch_px<T>() || !all_dark(row, count, threshold))
+      scan_row(row, count, threshold, v, runs);
+  }
 }
 
 void find_runs_here(const LumaView& luma, int threshold, std::vector<PixelRun>& runs) {
   if (luma.bytes_per_sample() == 1)
-    scan_plane<std::uint8_t>(luma, threshold, runs);
+    scan_plane(luma, static_cast<std::uint8_t>(threshold), runs);
   else
-    scan_plane<std::uint16_t>(luma, threshold, runs);
+    scan_plane(luma, static_cast<std::uint16_t>(threshold), runs);
 }
 
 }  // namespace HWY_NAMESPACE
