@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimate/beam_doubt.h"
 #include "estimate/power_estimators.h"
 #include "optics/road.h"
 
@@ -70,13 +71,16 @@ PowerProblem problem_of(const Blocks& blocks, const PowerCase& known) {
 struct Lifted {
   double lift = 0.0, log_speed = 0.0, log_std = 0.0, range_m = 0.0;
   double chi2 = 0.0, chi2_per_dof = 0.0;
+  double prior_chi2 = 0.0;
+  PassMotion motion;
 };
 
 std::variant<Lifted, Miss> fit_lifted(const Blocks& blocks, const PowerCase& known, double lift,
                                       double background_std_w) {
   Blocks lifted = blocks;
   for (double& power_w : lifted.power_w) power_w -= lift * background_std_w;
-  const auto outcome = estimate_max_likelihood(problem_of(lifted, known));
+  const PowerProblem problem = problem_of(lifted, known);
+  const auto outcome = estimate_max_likelihood(problem);
   if (const auto* refusal = std::get_if<PowerRefusal>(&outcome)) return refusal->miss;
   const auto& estimate = std::get<PowerEstimate>(outcome);
   if (!(estimate.speed_mps() > 0.0)) return Miss::outside_model;
@@ -86,7 +90,12 @@ std::variant<Lifted, Miss> fit_lifted(const Blocks& blocks, const PowerCase& kno
   found.log_std = estimate.speed_sigma_mps() / estimate.speed_mps() *
                   std::sqrt(std::max(1.0, estimate.chi2_per_dof));
   found.range_m = estimate.value[kPowerRange];
+  found.motion = {estimate.reference_s, estimate.speed_mps(), found.range_m + known.receiver_m.x(),
+                  estimate.value[kPowerAcceleration]};
   found.chi2_per_dof = estimate.chi2_per_dof;
+  for (int p = 0; p < kPowerParameters; ++p)
+    if (const auto& prior = problem.known[static_cast<std::size_t>(p)]; prior && prior->std > 0.0)
+      found.prior_chi2 += std::pow((estimate.value[p] - prior->mean) / prior->std, 2);
   // Speed and range alone have no prior.
   const double degrees = static_cast<double>(blocks.time_s.size()) - 2.0;
   found.chi2 = estimate.chi2_per_dof * degrees + lift * lift;
@@ -134,17 +143,37 @@ std::variant<std::vector<Lifted>, Miss> fits_over_background(const Blocks& block
   return fine;
 }
 
+// Of ln of the speed, by lamps unlike the law. Where they are so by much, the fit trades what it
+// does not know of the law for what it does of the motion, and no share of that can be stated.
+Outcome<double> beam_log_variance(const PowerSeries& series, const PowerCase& known,
+                                  const Lifted& best) {
+  constexpr double kMostRipple_nat = 0.05;
+  const auto start = paper_motion(series, known);
+  const auto* motion = std::get_if<PassMotion>(&start);
+  const auto ripple_nat = beam_ripple_nat(series, known, motion ? *motion : best.motion);
+  if (!ripple_nat) return Miss::outside_model;
+  if (*ripple_nat > kMostRipple_nat) return Miss::bad_fit;
+  return beam_variance(series, known, best.motion, *ripple_nat, [&](const PowerSeries& unlike) {
+    const auto pulled = fit_lifted(blocks_of(unlike), known, best.lift, series.background_std_w);
+    const auto* lifted = std::get_if<Lifted>(&pulled);
+    return lifted ? lifted->log_speed : INFINITY;
+  });
+}
+
 }  // namespace
 
 Outcome<PowerSpeed> ml_speed(const PowerSeries& series, const PowerCase& known) {
   constexpr double kWorstChi2 = 4.0;
+  constexpr double kMostPriorChi2 = 16.0;  // of four priors: three passes in a thousand
   constexpr double kTwoSided95 = 1.959963984540054;
   const Blocks blocks = blocks_of(series);
   const auto outcome = fits_over_background(blocks, known, series.background_std_w);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   const auto& fits = std::get<std::vector<Lifted>>(outcome);
   const Lifted& best = likeliest(fits);
-  if (best.chi2_per_dof > kWorstChi2) return Miss::bad_fit;
+  if (best.chi2_per_dof > kWorstChi2 || best.prior_chi2 > kMostPriorChi2) return Miss::bad_fit;
+  const auto beam2 = beam_log_variance(series, known, best);
+  if (const Miss* miss = std::get_if<Miss>(&beam2)) return *miss;
   double weights = 0.0, mean = 0.0, square = 0.0, range_m = 0.0;
   for (const Lifted& fit : fits) {
     const double weight = std::exp(-0.5 * (fit.chi2 - best.chi2));
@@ -159,7 +188,8 @@ Outcome<PowerSpeed> ml_speed(const PowerSeries& series, const PowerCase& known) 
   SpeedEstimate& speed = found.speed;
   speed.time_s = 0.5 * (blocks.time_s.front() + blocks.time_s.back());
   speed.speed_mps = std::exp(best.log_speed + mean);
-  const double log_std = std::sqrt(square / weights - mean * mean);
+  const double log_std = std::sqrt(square / weights - mean * mean + std::get<double>(beam2));
+  if (!std::isfinite(log_std)) return Miss::too_uncertain;
   speed.std_mps = speed.speed_mps * log_std;
   speed.lo95_mps = speed.speed_mps * std::exp(-kTwoSided95 * log_std);
   speed.hi95_mps = speed.speed_mps * std::exp(kTwoSided95 * log_std);

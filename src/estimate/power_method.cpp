@@ -3,6 +3,7 @@
 #include <cmath>
 #include <functional>
 
+#include "estimate/beam_doubt.h"
 #include "estimate/curved_angle.h"
 #include "estimate/power_slope.h"
 #include "optics/road.h"
@@ -35,6 +36,13 @@ Outcome<PaperFit> paper_fit(const PowerSeries& series, const PowerCase& known) {
   const auto& fit = std::get<CurvedAngleFit>(outcome);
   return PaperFit{fit.speed_mps, known.straight_m + radius_m * fit.angle_at_zero_rad,
                   fit.speed_sigma_mps, fit.lag1_correlation, fit.samples_used};
+}
+
+PassMotion motion_at_middle(const PowerSeries& series, const PaperFit& fit) {
+  double sum_s = 0.0;
+  for (const double time_s : series.time_s) sum_s += time_s;
+  const double middle_s = sum_s / static_cast<double>(series.time_s.size());
+  return {middle_s, fit.speed_mps, fit.along_at_zero_m - fit.speed_mps * middle_s, 0.0};
 }
 
 double range_m(const PowerCase& known, double along_m) {
@@ -88,7 +96,7 @@ double prior_variance(const PowerSeries& series, const PowerCase& known) {
       [](PowerCase& c, double side) { c.law.gain_w *= std::exp(side * c.log_gain_std); });
   add(known.exponent_std, [](PowerCase& c, double side) {
     c.law.path_loss_exponent += side * c.exponent_std;
-    c.law.gain_w *= std::exp(side * c.exponent_std * c.log_gain_per_exponent);
+    c.law.gain_w *= std::exp(side * c.exponent_std * c.log_gain_per_exponent.value_or(0.0));
   });
   add(known.lateral_m.std,
       [](PowerCase& c, double side) { c.lateral_m.mean += side * c.lateral_m.std; });
@@ -118,6 +126,14 @@ double PowerCase::perpendicular_m() const {
 
 double PowerCase::lane_radius_m() const { return radius_m.mean - bend * lateral_m.mean; }
 
+Outcome<PassMotion> paper_motion(const PowerSeries& series, const PowerCase& known) {
+  const auto outcome = paper_fit(series, known);
+  if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
+  const PassMotion motion = motion_at_middle(series, std::get<PaperFit>(outcome));
+  if (!(motion.speed_mps > 0.0)) return Miss::outside_model;
+  return motion;
+}
+
 Outcome<PowerSpeed> power_speed(const PowerSeries& series, const PowerCase& known) {
   const auto outcome = paper_fit(series, known);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
@@ -132,20 +148,28 @@ Outcome<PowerSpeed> power_speed(const PowerSeries& series, const PowerCase& know
   constexpr double kHighest = 0.995;
   const double lag = std::clamp(fit.lag1_correlation, 0.0, kHighest);
   const double scatter2 = fit.sigma_mps * fit.sigma_mps * (1.0 + lag) / (1.0 - lag);
-  const double std_mps = std::sqrt(scatter2 + own_mps * own_mps + prior_variance(series, known));
+  const PassMotion motion = motion_at_middle(series, fit);
+  const auto ripple_nat = beam_ripple_nat(series, known, motion);
+  if (!ripple_nat) return Miss::outside_model;
+  const double beam2 =
+      beam_variance(series, known, motion, *ripple_nat, [&](const PowerSeries& unlike) {
+        const auto pulled = paper_fit(unlike, known);
+        const PaperFit* found = std::get_if<PaperFit>(&pulled);
+        return found ? found->speed_mps : INFINITY;
+      });
+  const double std_mps =
+      std::sqrt(scatter2 + own_mps * own_mps + prior_variance(series, known) + beam2);
   if (!std::isfinite(std_mps)) return Miss::too_uncertain;
   constexpr double kTwoSided95 = 1.959963984540054;
   const double log_std = std_mps / fit.speed_mps;
-  double sum_s = 0.0;
-  for (const double time_s : series.time_s) sum_s += time_s;
   PowerSpeed found;
-  found.speed.time_s = sum_s / static_cast<double>(series.time_s.size());
+  found.speed.time_s = motion.reference_s;
   found.speed.speed_mps = fit.speed_mps;
   found.speed.std_mps = std_mps;
   found.speed.lo95_mps = fit.speed_mps * std::exp(-kTwoSided95 * log_std);
   found.speed.hi95_mps = fit.speed_mps * std::exp(kTwoSided95 * log_std);
   found.speed.samples_used = fit.samples;
-  found.range_m = range_m(known, fit.along_at_zero_m - fit.speed_mps * found.speed.time_s);
+  found.range_m = range_m(known, motion.along_m);
   return found;
 }
 

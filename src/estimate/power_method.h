@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -23,8 +24,8 @@ struct PowerCase {
   PowerLaw law;
   double log_gain_std = 0.0;
   double exponent_std = 0.0;
-  /// d ln K / d gamma, where K was fitted for the gamma at hand.
-  double log_gain_per_exponent = 0.0;
+  /// d ln K / d gamma, where K was fitted to this light for the gamma at hand.
+  std::optional<double> log_gain_per_exponent;
   Eigen::Vector3d receiver_m = Eigen::Vector3d::Zero();
   Uncertain lateral_m;  ///< of the lane's path, as in path_point
   Uncertain lamp_height_m;
@@ -38,6 +39,14 @@ struct PowerCase {
   double lane_radius_m() const;
 };
 
+/// A vehicle's motion along its path.
+struct PassMotion {
+  double reference_s = 0.0;
+  double speed_mps = 0.0;  ///< positive: closing
+  double along_m = 0.0;    ///< path length from x = 0 at the reference
+  double acceleration_mps2 = 0.0;
+};
+
 struct PowerSpeed {
   SpeedEstimate speed;   ///< at the middle of the series
   double range_m = 0.0;  ///< x in the road frame at that time
@@ -45,10 +54,14 @@ struct PowerSpeed {
 
 /// The paper's estimator for the road's kind, with a sigma that holds: scatter about the line
 /// (correlated residuals counted as such), the priors of K, gamma, d and r_c and the background's
-/// error carried through, and the error that the estimator itself makes on a noise-free pass of the
-/// full model (cosine, offsets from the curve that it leaves out). The 95 % interval is log-normal.
-/// Misses: those of the estimators, and outside_model where its own error passes a quarter of the
-/// speed or the speed comes out negative.
+/// error carried through, what lamps unlike the law may do, and the error that the estimator itself
+/// makes on a noise-free pass of the full model (cosine, offsets from the curve that it leaves
+/// out). The 95 % interval is log-normal. Misses: those of the estimators, and outside_model where
+/// its own error passes a quarter of the speed or the speed comes out negative.
 Outcome<PowerSpeed> power_speed(const PowerSeries& series, const PowerCase& known);
+
+/// What that estimator makes of the light, at its middle. Misses: those of the estimator, and
+/// outside_model where the speed comes out negative.
+Outcome<PassMotion> paper_motion(const PowerSeries& series, const PowerCase& known);
 
 }  // namespace vildar

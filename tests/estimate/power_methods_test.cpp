@@ -80,14 +80,14 @@ TEST(CameraIntensity, FindsTheSpeedWithItsOwnGain) {
 
 TEST(CameraIntensity, FindsTheSpeedWithTheSitesGain) {
   Site site = mast_site(4.0);
-  site.camera->gain_db = Uncertain{10.0 * std::log10(2000.0), 0.5};
+  site.camera->gain_db = Uncertain{10.0 * std::log10(2000.0), 2.0};
   const VehicleResult result = measured(site, kNoiseless);
   const MethodResult& row = method_of(result, Method::power_slope_camera);
   EXPECT_NEAR(speed_of(row) / 20.0, 1.0, kTwoLamps);
   EXPECT_EQ(row.k_source, "site");
-  // Far off, V goes as K^(1/gamma): half a decibel is 0.115 nat, and gamma is 2.
+  // Far off, V goes as K^(1/gamma): two decibels are 0.461 nat, and gamma is 2.
   const double relative = std::get<SpeedEstimate>(row.speed).std_mps / 20.0;
-  EXPECT_NEAR(relative, 0.5 * 0.115, 0.15 * 0.0575);
+  EXPECT_NEAR(relative, 0.5 * 0.461, 0.15 * 0.230);
 }
 
 TEST(CameraIntensity, IsWithheldWherePixelsClip) {
@@ -296,22 +296,27 @@ TEST(Joint, DropsPowerThatIsNotThisVehicles) {
   EXPECT_FALSE(result.warnings.empty());
 }
 
+// One sigma of the background moves the speed by what the background adds to the speed's sigma.
 TEST(PhotodiodePower, AnErrorOfTheBackgroundIsInTheInterval) {
+  constexpr double kCurvature = 0.2;  // of the speed in the background, and of its share
   const Site site = diode_site();
-  Diode diode = matching_diode();
+  const Diode diode = matching_diode();
   Random random(5);
-  PowerTrace trace = trace_of(kTypical, site, diode, random);
-  const double received_w = diode.gain_w * std::pow(40.0, -diode.path_loss_exponent);
-  trace.ambient_w += 0.3 * received_w;
-  const auto z_of = [&](double ambient_sigma_w) {
+  const PowerTrace exact = trace_of(kTypical, site, diode, random);
+  const double sigma_w = 0.1 * diode.gain_w * std::pow(40.0, -diode.path_loss_exponent);
+  const auto speed_with = [&](double shift_w, double ambient_sigma_w) {
+    PowerTrace trace = exact;
+    trace.ambient_w += shift_w;
     trace.ambient_sigma_w = ambient_sigma_w;
     const VehicleResult result = measured(site, kNoiseless, &trace);
-    const auto& speed =
-        std::get<SpeedEstimate>(method_of(result, Method::power_slope_photodiode).speed);
-    return std::abs(speed.speed_mps - kTypical.speed_mps) / speed.std_mps;
+    return std::get<SpeedEstimate>(method_of(result, Method::power_slope_photodiode).speed);
   };
-  EXPECT_GT(z_of(0.0), 3.0) << "the test's own error is too small to tell";
-  EXPECT_LT(z_of(0.3 * received_w), 2.0);
+  const double moved_mps =
+      0.5 * (speed_with(sigma_w, 0.0).speed_mps - speed_with(-sigma_w, 0.0).speed_mps);
+  const double known_mps = speed_with(0.0, 0.0).std_mps;
+  const double unsure_mps = speed_with(0.0, sigma_w).std_mps;
+  EXPECT_NEAR(std::sqrt(unsure_mps * unsure_mps - known_mps * known_mps) / std::abs(moved_mps), 1.0,
+              kCurvature);
 }
 
 }  // namespace

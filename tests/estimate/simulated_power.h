@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "simulated_pass.h"
 #include "types/power.h"
 
@@ -14,6 +16,9 @@ struct Diode {
   double ambient_w = 0.0;
   double noise_w = 0.0;
   double time_offset_s = 0.0;  ///< clip time less photodiode time, the true one
+  /// Nat of cosines of the azimuth, the first half a turn at 0.45 rad, by which its beam is unlike
+  /// the law.
+  std::array<double, 6> waves{};
 };
 
 inline PowerTrace trace_of(const Vehicle& vehicle, const Site& site, const Diode& diode,
@@ -32,6 +37,11 @@ inline PowerTrace trace_of(const Vehicle& vehicle, const Site& site, const Diode
     if (apart_m.x() > 0.0)
       power_w = diode.gain_w * std::pow(apart_m.norm(), -diode.path_loss_exponent) *
                 std::pow(apart_m.x() / apart_m.norm(), diode.cosine_exponent);
+    double unlike = 0.0;
+    for (std::size_t k = 0; k < diode.waves.size(); ++k)
+      unlike += diode.waves[k] * std::cos(static_cast<double>(k + 1) * kPi *
+                                          std::atan2(apart_m.y(), apart_m.x()) / 0.45);
+    power_w *= std::exp(unlike);
     trace.time_s.push_back(t_s - diode.time_offset_s);
     trace.power_w.push_back(
         static_cast<float>(power_w + diode.ambient_w + diode.noise_w * random.normal()));

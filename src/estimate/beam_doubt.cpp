@@ -1,0 +1,270 @@
+#include "estimate/beam_doubt.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+#include "estimate/joint_cost.h"
+#include "estimate/solve.h"
+#include "estimate/wander.h"
+#include "optics/road.h"
+
+namespace vildar {
+namespace {
+
+constexpr std::size_t kWaves = kBeamWaves;
+
+struct Place {
+  double ahead_m = 0.0, apart_m = 0.0;  ///< of the receiver: along the road, and across and below
+  double off_axis_rad = 0.0;            ///< of the receiver as seen from the vehicle
+};
+
+Place place_at(const PowerCase& known, const PassMotion& motion, double time_s) {
+  const double tau_s = time_s - motion.reference_s;
+  const double along_m =
+      motion.along_m - tau_s * (motion.speed_mps + 0.5 * motion.acceleration_mps2 * tau_s);
+  const auto point =
+      path_point(along_m, known.lateral_m.mean, known.bend, known.straight_m, known.radius_m.mean);
+  const Eigen::Vector3d toward =
+      Eigen::Vector3d(point.x_m, point.y_m, known.lamp_height_m.mean) - known.receiver_m;
+  return {toward.x(), std::hypot(toward.y(), toward.z()),
+          std::atan2(toward.y(), toward.x()) - point.heading_rad};
+}
+
+std::array<double, kWaves> waves_at(double off_axis_rad) {
+  std::array<double, kWaves> waves;
+  for (std::size_t k = 0; k < kWaves; ++k)
+    waves[k] = std::cos(static_cast<double>(k + 1) * kPi * off_axis_rad / kBeamEdge_rad);
+  return waves;
+}
+
+// The cosines at each time; where K was fitted to the light itself, less what went into it.
+std::vector<std::array<double, kWaves>> waves_of(const PowerCase& known, const PassMotion& motion,
+                                                 std::span<const double> time_s) {
+  std::vector<std::array<double, kWaves>> waves;
+  std::array<double, kWaves> mean{};
+  for (const double t_s : time_s) {
+    waves.push_back(waves_at(place_at(known, motion, t_s).off_axis_rad));
+    for (std::size_t k = 0; k < kWaves; ++k)
+      mean[k] += waves.back()[k] / static_cast<double>(time_s.size());
+  }
+  if (!known.log_gain_per_exponent) return waves;
+  for (auto& at : waves)
+    for (std::size_t k = 0; k < kWaves; ++k) at[k] -= mean[k];
+  return waves;
+}
+
+struct Blocks {
+  std::vector<double> time_s, power_w, sigma_w;
+};
+
+// Noise from third differences, which the rise of the light hardly enters.
+double noise_w(const PowerSeries& series) {
+  double sum_w2 = 0.0;
+  const auto& p = series.power_w;
+  for (std::size_t i = 3; i < p.size(); ++i)
+    sum_w2 += std::pow(p[i] - 3.0 * p[i - 1] + 3.0 * p[i - 2] - p[i - 3], 2) / 20.0;
+  return std::sqrt(sum_w2 / static_cast<double>(p.size() - 3));
+}
+
+Blocks blocks_of(const PowerSeries& series) {
+  constexpr double kBlock_s = 0.020, kUnmodelled = 0.01;
+  const double sample_w = noise_w(series);
+  Blocks blocks;
+  for (std::size_t first = 0, last = 0; first < series.time_s.size(); first = last) {
+    double time_s = 0.0, power_w = 0.0;
+    for (; last < series.time_s.size() && series.time_s[last] < series.time_s[first] + kBlock_s;
+         ++last) {
+      time_s += series.time_s[last];
+      power_w += series.power_w[last];
+    }
+    const auto count = static_cast<double>(last - first);
+    blocks.time_s.push_back(time_s / count);
+    blocks.power_w.push_back(power_w / count);
+    blocks.sigma_w.push_back(
+        std::hypot(sample_w / std::sqrt(count), kUnmodelled * power_w / count));
+  }
+  return blocks;
+}
+
+// All that shapes the light of one pass. Unknowns but ln of the speed's and the distance's change
+// are in units of their prior's standard deviation.
+enum Unknown : int {
+  kLogSpeed,
+  kLogAlong,
+  kSpeedingUp,
+  kGamma,
+  kAside,
+  kHeight,
+  kRadius,
+  kGain,
+  kDark,
+  kWave,
+  kUnknowns = kWave + static_cast<int>(kWaves),
+};
+constexpr int kPriors = kUnknowns - kSpeedingUp;
+
+class PassLight {
+ public:
+  PassLight(const PowerSeries& series, const PowerCase& known, const PassMotion& motion)
+      : blocks_(blocks_of(series)),
+        known_(known),
+        motion_(motion),
+        background_std_w_(series.background_std_w) {}
+
+  std::size_t blocks() const { return blocks_.time_s.size(); }
+
+  std::optional<Residuals> residuals(const Eigen::VectorXd& z, double ripple_nat,
+                                     bool with_slopes) const {
+    const auto light_w = law_w(z, ripple_nat);
+    if (!light_w) return std::nullopt;
+    const auto n = static_cast<Eigen::Index>(blocks());
+    Residuals found;
+    found.values.resize(n + kPriors);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      found.values[i] = ((*light_w)[at] + z[kDark] * background_std_w_ - blocks_.power_w[at]) /
+                        blocks_.sigma_w[at];
+    }
+    found.values.tail(kPriors) = z.tail(kPriors);
+    found.cost = 0.5 * found.values.squaredNorm();
+    if (!with_slopes) return found;
+    found.slopes = Eigen::MatrixXd::Zero(kUnknowns, n + kPriors);
+    found.slopes.block(kSpeedingUp, n, kPriors, kPriors).setIdentity();
+    const auto waves = waves_of(known_of(z), motion_of(z), blocks_.time_s);
+    for (int k = 0; k < kGain; ++k) {
+      constexpr double kStep = 1e-5;
+      Eigen::VectorXd beside = z;
+      beside[k] += kStep;
+      const auto beside_w = law_w(beside, ripple_nat);
+      if (!beside_w) return std::nullopt;
+      for (std::size_t i = 0; i < blocks(); ++i)
+        found.slopes(k, static_cast<Eigen::Index>(i)) =
+            ((*beside_w)[i] - (*light_w)[i]) / kStep / blocks_.sigma_w[i];
+    }
+    for (std::size_t i = 0; i < blocks(); ++i) {
+      const auto column = static_cast<Eigen::Index>(i);
+      const double share = (*light_w)[i] / blocks_.sigma_w[i];
+      found.slopes(kGain, column) = share * known_.log_gain_std;
+      found.slopes(kDark, column) = background_std_w_ / blocks_.sigma_w[i];
+      for (std::size_t k = 0; k < kWaves; ++k)
+        found.slopes(kWave + static_cast<Eigen::Index>(k), column) =
+            share * waves[i][k] * ripple_nat / static_cast<double>(k + 1);
+    }
+    return found;
+  }
+
+ private:
+  PassMotion motion_of(const Eigen::VectorXd& z) const {
+    PassMotion motion = motion_;
+    motion.speed_mps *= std::exp(z[kLogSpeed]);
+    motion.along_m *= std::exp(z[kLogAlong]);
+    motion.acceleration_mps2 = std::sqrt(kAccelerationVariance_m2ps4) * z[kSpeedingUp];
+    return motion;
+  }
+
+  PowerCase known_of(const Eigen::VectorXd& z) const {
+    PowerCase known = known_;
+    const double steeper = known.exponent_std * z[kGamma];
+    known.law.path_loss_exponent += steeper;
+    known.law.gain_w *= std::exp(known.log_gain_std * z[kGain] +
+                                 steeper * known.log_gain_per_exponent.value_or(0.0));
+    known.lateral_m.mean += known.lateral_m.std * z[kAside];
+    known.lamp_height_m.mean += known.lamp_height_m.std * z[kHeight];
+    known.radius_m.mean += known.radius_m.std * z[kRadius];
+    return known;
+  }
+
+  // Light without background; nothing where the vehicle is not ahead throughout.
+  std::optional<std::vector<double>> law_w(const Eigen::VectorXd& z, double ripple_nat) const {
+    const PowerCase known = known_of(z);
+    const PassMotion motion = motion_of(z);
+    if (!(known.law.path_loss_exponent > 0.0)) return std::nullopt;
+    if (known.bend != 0.0 && !(known.lane_radius_m() > 0.0)) return std::nullopt;
+    const auto waves = waves_of(known, motion, blocks_.time_s);
+    std::vector<double> light_w;
+    for (std::size_t i = 0; i < blocks(); ++i) {
+      const Place place = place_at(known, motion, blocks_.time_s[i]);
+      if (!(place.ahead_m > 0.0)) return std::nullopt;
+      double unlike = 0.0;
+      for (std::size_t k = 0; k < kWaves; ++k)
+        unlike +=
+            z[kWave + static_cast<int>(k)] * ripple_nat / static_cast<double>(k + 1) * waves[i][k];
+      light_w.push_back(known.law.power_w(place.ahead_m, place.apart_m) * std::exp(unlike));
+    }
+    return light_w;
+  }
+
+  Blocks blocks_;
+  const PowerCase& known_;
+  PassMotion motion_;
+  double background_std_w_;
+};
+
+// Where the background is unsure the light can be explained in more ways than one.
+std::vector<double> backgrounds(const PowerSeries& series) {
+  constexpr double kHarmless = 0.002;  // of the least light
+  const double least_w = *std::min_element(series.power_w.begin(), series.power_w.end());
+  if (!(series.background_std_w > kHarmless * least_w)) return {0.0};
+  return {-1.5, 0.0, 1.5};
+}
+
+}  // namespace
+
+std::optional<double> beam_ripple_nat(const PowerSeries& series, const PowerCase& known,
+                                      const PassMotion& start) {
+  constexpr std::array<double, 5> kRipples_nat{0.5, 0.25, 0.1, 0.03, 0.01};
+  constexpr std::size_t kFewestBlocks = 5;
+  constexpr double kTolerance = 0.02;
+  const PassLight light(series, known, start);
+  if (light.blocks() < kFewestBlocks) return std::nullopt;
+  double most = -INFINITY, sum = 0.0, square_nat2 = 0.0;
+  for (const double background : backgrounds(series)) {
+    Eigen::VectorXd z = Eigen::VectorXd::Zero(kUnknowns);
+    z[kDark] = background;
+    for (const double ripple_nat : kRipples_nat) {
+      const auto outcome =
+          descend([&](const Eigen::VectorXd& at,
+                      bool with_slopes) { return light.residuals(at, ripple_nat, with_slopes); },
+                  z, kTolerance);
+      const auto* minimum = std::get_if<Minimum>(&outcome);
+      if (!minimum) continue;
+      const Eigen::LLT<Eigen::MatrixXd> root(minimum->information);
+      if (root.info() != Eigen::Success) continue;
+      z = minimum->unknowns;
+      const double evidence = -minimum->cost - root.matrixLLT().diagonal().array().log().sum();
+      if (evidence > most) {
+        const double fade = std::exp(most - evidence);
+        sum *= fade;
+        square_nat2 *= fade;
+        most = evidence;
+      }
+      const double weight = std::exp(evidence - most);
+      sum += weight;
+      square_nat2 += weight * ripple_nat * ripple_nat;
+    }
+  }
+  return sum > 0.0 ? std::optional(std::sqrt(square_nat2 / sum)) : std::nullopt;
+}
+
+double beam_variance(const PowerSeries& series, const PowerCase& known, const PassMotion& motion,
+                     double ripple_nat, const std::function<double(const PowerSeries&)>& estimate) {
+  constexpr double kStep_nat = 0.01;
+  const auto waves = waves_of(known, motion, series.time_s);
+  double variance = 0.0;
+  for (std::size_t k = 0; k < kWaves; ++k) {
+    double found[2];
+    for (const int side : {0, 1}) {
+      PowerSeries beside = series;
+      for (std::size_t i = 0; i < beside.power_w.size(); ++i)
+        beside.power_w[i] *= std::exp((side == 0 ? -kStep_nat : kStep_nat) * waves[i][k]);
+      found[side] = estimate(beside);
+    }
+    const double pull = (found[1] - found[0]) / (2.0 * kStep_nat);
+    variance += std::pow(pull * ripple_nat / static_cast<double>(k + 1), 2);
+  }
+  return std::isfinite(variance) ? variance : INFINITY;
+}
+
+}  // namespace vildar
