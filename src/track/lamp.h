@@ -34,6 +34,9 @@ struct LampRecord {
   double tail_log_odds = 0.0;  ///< of its colour, see tail_lamp_log_odds
   /// Half the pair's separation where the blob held both lamps of the vehicle; 0 elsewhere.
   double merged_px = 0.0;
+  /// Distance to the lamp of another vehicle that the blob held as well, as far as known; 0
+  /// elsewhere.
+  double beside_px = 0.0;
   bool streak = false;  ///< see Spot
 };
 

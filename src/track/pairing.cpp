@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "track/heir.h"
 #include "track/pair_likelihood.h"
 
 namespace vildar {
@@ -240,6 +241,21 @@ std::vector<Pairing::Evidence*> Pairing::best_pairs(std::int64_t frame) {
   return chosen;
 }
 
+// The vehicle goes on with the likelier pair where that has one of its lamps, and one that came out
+// of the other.
+bool Pairing::pass_on(Vehicle& vehicle, const Evidence& pair, std::int64_t frame) {
+  const bool has_a = pair.a->vehicle == &vehicle, has_b = pair.b->vehicle == &vehicle;
+  if (has_a == has_b) return false;
+  const Lamp& kept = has_a ? *pair.a : *pair.b;
+  if (!hand_over(vehicle, kept, has_a ? *pair.b : *pair.a)) return false;
+  vehicle.chi2 = pair.chi2;
+  vehicle.inverse_depth_per_m = pair.inverse_depth_per_m;
+  vehicle.width_per_depth = pair.width_per_depth;
+  vehicle.last_both = vehicle.last_good = frame;
+  vehicle.last_both_time = kept.records.back().time;
+  return true;
+}
+
 void Pairing::join(Evidence& pair, Vehicles& vehicles, std::int64_t frame) {
   Vehicle* vehicle = pair.a->vehicle ? pair.a->vehicle : pair.b->vehicle;
   const bool a_is_left = pair.a->at_px().x() < pair.b->at_px().x();
@@ -370,6 +386,10 @@ void Pairing::update(Lamps& lamps, Vehicles& vehicles, std::int64_t frame, Camer
     };
     if (std::find(chosen.begin(), chosen.end(), &pair) != chosen.end()) continue;
     if (vehicle->both_seen >= kYoung && std::none_of(chosen.begin(), chosen.end(), takes_one))
+      continue;
+    if (vehicle->both_seen >= kYoung &&
+        std::any_of(chosen.begin(), chosen.end(),
+                    [&](Evidence* other) { return pass_on(*vehicle, *other, frame); }))
       continue;
     if (vehicle->both_seen >= kLong || !vehicle->past_left.empty() ||
         !vehicle->past_right.empty()) {

@@ -34,6 +34,7 @@ class Pairing {
   void look_at_pairs(const Lamps& lamps, std::int64_t frame);
   void refresh(Vehicles& vehicles, std::int64_t frame, CameraTime time);
   std::vector<Evidence*> best_pairs(std::int64_t frame);
+  bool pass_on(Vehicle& vehicle, const Evidence& pair, std::int64_t frame);
   void join(Evidence& pair, Vehicles& vehicles, std::int64_t frame);
   Evidence* evidence_of(const Lamp* a, const Lamp* b);
   bool has_rival(const Lamp& a, const Lamp& b, int both_seen) const;

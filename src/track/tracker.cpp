@@ -7,6 +7,7 @@
 
 #include "track/association.h"
 #include "track/attitude.h"
+#include "track/heir.h"
 #include "track/look_alikes.h"
 #include "track/pairing.h"
 #include "track/spots.h"
@@ -242,24 +243,18 @@ void Tracker::Impl::bear(const std::vector<Spot>& spots, const Association& foun
 // The records of one lamp from before the other appeared beside it, out of the same blob, are of
 // both.
 void Tracker::Impl::mark_split_records() {
-  constexpr double kUnresolved_px = 8.0, kShareOfWidth = 1.3;
   for (const auto& vehicle : vehicles_) {
     if (vehicle->both_seen != 1 || !vehicle->left || !vehicle->right) continue;
     if (!vehicle->past_left.empty() || !vehicle->past_right.empty()) continue;
     Lamp* older = vehicle->left;
     Lamp* younger = vehicle->right;
     if (older->records.front().frame > younger->records.front().frame) std::swap(older, younger);
-    const LampRecord& birth = younger->records.front();
-    auto& records = older->records;
-    const auto before = std::find_if(records.begin(), records.end(), [&](const LampRecord& one) {
-      return one.frame >= birth.frame;
-    });
-    if (before == records.begin() || before == records.end()) continue;
-    const double apart_px = (before->at_px - birth.at_px).norm();
-    const PixelBox& box = (before - 1)->sighting.box;
-    if (apart_px > std::max(kUnresolved_px, kShareOfWidth * (box.u_max - box.u_min + 1.0)))
-      continue;
-    for (auto one = records.begin(); one != before; ++one) one->merged_px = 0.5 * apart_px;
+    const auto apart_px = came_out_of(*younger, *older);
+    if (!apart_px) continue;
+    for (LampRecord& one : older->records) {
+      if (one.frame >= younger->records.front().frame) break;
+      one.merged_px = 0.5 * *apart_px;
+    }
   }
 }
 

@@ -22,10 +22,12 @@ double median(std::vector<double> values) {
 
 LampSighting sighting_of(const LampRecord& record) {
   LampSighting sighting = record.sighting;
-  if (record.merged_px > 0.0) {  // the centre is the pair's, within half the separation
+  // The centre is the pair's, within half the separation, or it is that of two neighbours.
+  const double doubt_px = std::hypot(record.merged_px, 0.5 * record.beside_px);
+  if (doubt_px > 0.0) {
     sighting.defects = sighting.defects | Defect::merged;
     sighting.centre_sigma_px.array() =
-        sighting.centre_sigma_px.array().square() + record.merged_px * record.merged_px;
+        sighting.centre_sigma_px.array().square() + doubt_px * doubt_px;
     sighting.centre_sigma_px = sighting.centre_sigma_px.cwiseSqrt();
   }
   return sighting;

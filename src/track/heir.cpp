@@ -1,0 +1,55 @@
+#include "track/heir.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vildar {
+namespace {
+
+using Records = std::vector<LampRecord>;
+
+// The first record from `frame` on.
+Records::const_iterator from(const Records& records, std::int64_t frame) {
+  return std::ranges::lower_bound(records, frame, {}, &LampRecord::frame);
+}
+
+}  // namespace
+
+std::optional<double> came_out_of(const Lamp& younger, const Lamp& older) {
+  constexpr double kUnresolved_px = 8.0, kShareOfWidth = 1.3;
+  const LampRecord& birth = younger.records.front();
+  const auto then = from(older.records, birth.frame);
+  if (then == older.records.begin() || then == older.records.end()) return std::nullopt;
+  const double apart_px = (then->at_px - birth.at_px).norm();
+  const PixelBox& box = (then - 1)->sighting.box;
+  if (apart_px > std::max(kUnresolved_px, kShareOfWidth * (box.u_max - box.u_min + 1.0)))
+    return std::nullopt;
+  return apart_px;
+}
+
+bool hand_over(Vehicle& vehicle, const Lamp& kept, Lamp& heir) {
+  constexpr double kMostStretch = 1.5;
+  Lamp* old = vehicle.partner_of(&kept);
+  if (!old || heir.vehicle) return false;
+  const auto apart_px = came_out_of(heir, *old);
+  if (!apart_px) return false;
+  const std::int64_t birth = heir.records.front().frame;
+  const auto kept_then = from(kept.records, birth), old_then = from(old->records, birth);
+  if (kept_then == kept.records.begin() || kept_then == kept.records.end()) return false;
+  const double before_px = ((kept_then - 1)->at_px - (old_then - 1)->at_px).norm();
+  const double after_px = (kept_then->at_px - heir.records.front().at_px).norm();
+  if (!(std::max(after_px / before_px, before_px / after_px) < kMostStretch)) return false;
+
+  auto& past = vehicle.left == old ? vehicle.past_left : vehicle.past_right;
+  const auto shared = static_cast<std::ptrdiff_t>(past.size());
+  past.insert(past.end(), old->records.cbegin(), old_then);
+  for (auto one = past.begin() + shared; one != past.end(); ++one) one->beside_px = *apart_px;
+  (vehicle.left == old ? vehicle.left : vehicle.right) = &heir;
+  heir.vehicle = &vehicle;
+  old->records.erase(old->records.cbegin(), old_then);
+  old->vehicle = nullptr;
+  old->was_paired = true;
+  return true;
+}
+
+}  // namespace vildar
