@@ -10,6 +10,7 @@
 #include "track/heir.h"
 #include "track/look_alikes.h"
 #include "track/pairing.h"
+#include "track/resume.h"
 #include "track/spots.h"
 #include "track/vehicle.h"
 
@@ -28,6 +29,17 @@ std::vector<std::string> TrackOptions::problems() const {
   require(gate_chi2 > 0.0, "gate_chi2", gate_chi2, "> 0");
   return found;
 }
+
+namespace {
+
+CameraTime last_seen(const Vehicle& lost) {
+  CameraTime last;
+  for (const auto* past : {&lost.past_left, &lost.past_right})
+    if (!past->empty()) last = std::max(last, past->back().time);
+  return last;
+}
+
+}  // namespace
 
 class Tracker::Impl {
  public:
@@ -52,6 +64,7 @@ class Tracker::Impl {
   void find_turn(std::int64_t frame);
   void bear(const std::vector<Spot>& spots, const Association& found, const BlobFrame& frame);
   void mark_split_records();
+  void resume_lost();
   void drop_doubtful_past(Lamp& lamp);
   double patience(const Lamp& lamp, std::int64_t frame) const;
   void end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& ended);
@@ -68,6 +81,7 @@ class Tracker::Impl {
   double reach_px_;
   Lamps lamps_;
   Vehicles vehicles_;
+  Vehicles waiting_;  ///< lost from view or taken apart, and may yet be found again
   std::vector<std::pair<int, Lamp*>> seen_;        // spot, lamp
   std::map<const Lamp*, std::uint64_t> standing_;  ///< lights that the attitude goes by
   std::uint64_t next_standing_ = 0;
@@ -94,6 +108,7 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
   follow(spots, frame);
   note_look_alikes(lamps_, vehicles_, view_, frame.frame);
   pairing_.update(lamps_, vehicles_, frame.frame, frame.time);
+  if (!view_.moving_sensor()) resume_lost();
   mark_split_records();
   learn_strength();
   if (!view_.moving_sensor()) find_turn(frame.frame);
@@ -124,9 +139,10 @@ void Tracker::Impl::find_turn(std::int64_t frame) {
             {record->frame, record->at_px, record->sighting.centre_sigma_px.maxCoeff()});
     attitude_.add(entry->second, sightings);
   }
-  for (const auto& vehicle : vehicles_)
-    for (const auto* past : {&vehicle->past_left, &vehicle->past_right})
-      if (!past->empty()) oldest = std::min(oldest, past->front().frame);
+  for (const auto* vehicles : {&vehicles_, &waiting_})
+    for (const auto& vehicle : *vehicles)
+      for (const auto* past : {&vehicle->past_left, &vehicle->past_right})
+        if (!past->empty()) oldest = std::min(oldest, past->front().frame);
   attitude_.solve(frame);
   attitude_.forget_before(oldest);
 }
@@ -258,6 +274,19 @@ void Tracker::Impl::mark_split_records() {
   }
 }
 
+// A pair that has just been found may be a vehicle that was lost shortly before.
+void Tracker::Impl::resume_lost() {
+  for (const auto& vehicle : vehicles_) {
+    if (vehicle->both_seen != 1 || !vehicle->past_left.empty() || !vehicle->past_right.empty())
+      continue;
+    const auto fits = [&](const auto& lost) { return goes_on(*lost, *vehicle, view_); };
+    const auto lost = std::ranges::find_if(waiting_, fits);
+    if (lost == waiting_.end() || std::any_of(lost + 1, waiting_.end(), fits)) continue;
+    resume(**lost, *vehicle);
+    waiting_.erase(lost);
+  }
+}
+
 // How many times the longest gap a lamp is waited for. A camera that stands can tell where a
 // vehicle that it knows well will come out from behind another one.
 double Tracker::Impl::patience(const Lamp& lamp, std::int64_t frame) const {
@@ -272,14 +301,16 @@ double Tracker::Impl::patience(const Lamp& lamp, std::int64_t frame) const {
 void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& ended) {
   constexpr double kOutside_px = 4.0;
   constexpr std::size_t kMostRecordsAlone = 2000, kMostRecordsFixed = 100;
+  constexpr double kLongestWait_s = 1.5;
 
   for (const auto& vehicle : vehicles_)
     if (vehicle->cut_after) {
-      // They came apart, or a lamp went over to something else. What was good is reported, the rest
-      // starts anew.
-      end_vehicle(*vehicle, ended);
+      // They came apart, or a lamp went over to something else. What was good is the vehicle's, the
+      // rest starts anew.
       for (Lamp* lamp : {vehicle->left, vehicle->right}) {
         if (!lamp) continue;
+        auto& past = lamp == vehicle->left ? vehicle->past_left : vehicle->past_right;
+        past.insert(past.end(), lamp->records.begin(), lamp->records.end());
         lamp->start_anew(frame.time);
         pairing_.forget(lamp);
       }
@@ -311,9 +342,15 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
     auto& past = vehicle->left == lamp ? vehicle->past_left : vehicle->past_right;
     past.insert(past.end(), lamp->records.begin(), lamp->records.end());
     side = nullptr;
-    if (!vehicle->left && !vehicle->right) end_vehicle(*vehicle, ended);
   }
-  std::erase_if(vehicles_, [](const auto& vehicle) { return !vehicle->left && !vehicle->right; });
+  for (auto& vehicle : vehicles_)
+    if (!vehicle->left && !vehicle->right) waiting_.push_back(std::move(vehicle));
+  std::erase_if(vehicles_, [](const auto& vehicle) { return !vehicle; });
+  std::erase_if(waiting_, [&](const auto& vehicle) {
+    const bool waits = seconds_of(frame.time) - seconds_of(last_seen(*vehicle)) < kLongestWait_s;
+    if (!waits) end_vehicle(*vehicle, ended);
+    return !waits;
+  });
   std::erase_if(lamps_, [&](const auto& lamp) {
     return std::find(lost.begin(), lost.end(), lamp.get()) != lost.end();
   });
@@ -369,11 +406,13 @@ void Tracker::Impl::name_kinds(BlobFrame& frame, const std::vector<Spot>& spots)
 
 std::vector<VehicleTrack> Tracker::Impl::finish() {
   std::vector<VehicleTrack> ended;
-  for (const auto& vehicle : vehicles_) end_vehicle(*vehicle, ended);
+  for (const auto* vehicles : {&waiting_, &vehicles_})
+    for (const auto& vehicle : *vehicles) end_vehicle(*vehicle, ended);
   for (const auto& lamp : lamps_)
     if (!lamp->vehicle) end_single(*lamp, ended);
   for (const auto& lamp : lamps_) pairing_.forget(lamp.get());
   vehicles_.clear();
+  waiting_.clear();
   lamps_.clear();
   last_time_.reset();
   return ended;
@@ -387,10 +426,11 @@ std::optional<CameraTime> Tracker::Impl::live_since() const {
   };
   for (const auto& lamp : lamps_)
     if (lamp->vehicle || !lamp->fixed) consider(lamp->records);
-  for (const auto& vehicle : vehicles_) {
-    consider(vehicle->past_left);
-    consider(vehicle->past_right);
-  }
+  for (const auto* vehicles : {&vehicles_, &waiting_})
+    for (const auto& vehicle : *vehicles) {
+      consider(vehicle->past_left);
+      consider(vehicle->past_right);
+    }
   return oldest;
 }
 

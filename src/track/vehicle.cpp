@@ -33,21 +33,6 @@ LampSighting sighting_of(const LampRecord& record) {
   return sighting;
 }
 
-// In frame order: what a lamp was while the side was another's is not the vehicle's.
-std::vector<LampRecord> all_records(const std::vector<LampRecord>& past, const Lamp* lamp,
-                                    const std::optional<std::int64_t>& cut_after) {
-  std::vector<LampRecord> records;
-  const auto append = [&](const std::vector<LampRecord>& more) {
-    for (const LampRecord& record : more)
-      if ((records.empty() || record.frame > records.back().frame) &&
-          !(cut_after && record.frame > *cut_after))
-        records.push_back(record);
-  };
-  append(past);
-  if (lamp) append(lamp->records);
-  return records;
-}
-
 /// A frame in which both lamps were seen apart.
 struct PairLook {
   double time_s, slope_down, inverse_depth_per_m, width_per_depth;
@@ -115,6 +100,20 @@ bool beside_the_road(const std::vector<double>& laterals_m,
 
 }  // namespace
 
+std::vector<LampRecord> records_of(const Vehicle& vehicle, const Lamp* lamp,
+                                   const std::vector<LampRecord>& past) {
+  std::vector<LampRecord> records;
+  const auto append = [&](const std::vector<LampRecord>& more) {
+    for (const LampRecord& record : more)
+      if ((records.empty() || record.frame > records.back().frame) &&
+          !(vehicle.cut_after && record.frame > *vehicle.cut_after))
+        records.push_back(record);
+  };
+  append(past);
+  if (lamp) append(lamp->records);
+  return records;
+}
+
 double strength_of(const Lamp& lamp) {
   const Vehicle* vehicle = lamp.vehicle;
   const double inverse_depth = vehicle && vehicle->left && vehicle->right
@@ -141,10 +140,8 @@ bool outshines(const Lamp& left, const Lamp& right, const Vehicle& other, bool k
 
 Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackOptions& options,
                       const LightScale& lights, VehicleTrack& track) {
-  const std::vector<LampRecord> left =
-      all_records(vehicle.past_left, vehicle.left, vehicle.cut_after);
-  const std::vector<LampRecord> right =
-      all_records(vehicle.past_right, vehicle.right, vehicle.cut_after);
+  const std::vector<LampRecord> left = records_of(vehicle, vehicle.left, vehicle.past_left);
+  const std::vector<LampRecord> right = records_of(vehicle, vehicle.right, vehicle.past_right);
   std::vector<PairLook> looks;
   std::vector<double> laterals_m, lateral_sigmas_m, strengths, tail_log_odds;
   int clipped = 0;

@@ -34,6 +34,11 @@ struct Vehicle {
   Lamp* partner_of(const Lamp* lamp) const { return lamp == left ? right : left; }
 };
 
+/// What was seen of one side, in order of frames, up to where the vehicle was cut. What a lamp was
+/// while the side was another's is not the vehicle's.
+std::vector<LampRecord> records_of(const Vehicle& vehicle, const Lamp* lamp,
+                                   const std::vector<LampRecord>& past);
+
 /// ln(flux x depth^2) of a lamp now, with the depth of its vehicle where it has one.
 double strength_of(const Lamp& lamp);
 
