@@ -9,6 +9,7 @@
 #include "track/attitude.h"
 #include "track/heir.h"
 #include "track/look_alikes.h"
+#include "track/own_lamp.h"
 #include "track/pairing.h"
 #include "track/resume.h"
 #include "track/spots.h"
@@ -372,7 +373,11 @@ void Tracker::Impl::end_vehicle(Vehicle& vehicle, std::vector<VehicleTrack>& end
 
 void Tracker::Impl::end_single(const Lamp& lamp, std::vector<VehicleTrack>& ended) {
   VehicleTrack track;
-  const Verdict verdict = judge_single(lamp, view_, options_, lights_, track);
+  Verdict verdict = judge_single(lamp, view_, options_, lights_, track);
+  const auto owns = [&](const auto& vehicle) { return was_lamp_of(lamp, *vehicle, view_); };
+  if (verdict == Verdict::vehicle &&
+      (std::ranges::any_of(vehicles_, owns) || std::ranges::any_of(waiting_, owns)))
+    verdict = Verdict::reflection;
   report(verdict, std::move(track), ended);
 }
 

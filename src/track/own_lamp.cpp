@@ -1,0 +1,52 @@
+#include "track/own_lamp.h"
+
+#include <algorithm>
+
+namespace vildar {
+namespace {
+
+struct Pair {
+  double time_s;
+  Eigen::Vector2d left_px, right_px;
+};
+
+std::vector<Pair> good_pairs(const Vehicle& vehicle, const RoadView& view) {
+  constexpr double kMostChi2 = 15.0;
+  const std::vector<LampRecord> left = records_of(vehicle, vehicle.left, vehicle.past_left);
+  const std::vector<LampRecord> right = records_of(vehicle, vehicle.right, vehicle.past_right);
+  std::vector<Pair> pairs;
+  for (auto one = left.begin(), other = right.begin(); one != left.end() && other != right.end();) {
+    const std::int64_t frame = std::min(one->frame, other->frame);
+    if (one->frame == other->frame && one->merged_px == 0.0 && other->merged_px == 0.0 &&
+        view.fit_pair(one->at_px, other->at_px, 1.0).chi2 < kMostChi2)
+      pairs.push_back({seconds_of(one->time), one->at_px, other->at_px});
+    one += one->frame == frame;
+    other += other->frame == frame;
+  }
+  return pairs;
+}
+
+}  // namespace
+
+bool was_lamp_of(const Lamp& light, const Vehicle& vehicle, const RoadView& view) {
+  constexpr double kLongestGap_s = 1.7, kNear_px = 2.0, kNearShare = 0.25;
+  const std::vector<Pair> pairs = good_pairs(vehicle, view);
+  std::size_t on_lamp = 0;
+  for (const LampRecord& record : light.records) {
+    const double time_s = seconds_of(record.time);
+    const auto after = std::ranges::lower_bound(pairs, time_s, {}, &Pair::time_s);
+    if (after == pairs.begin() || after == pairs.end()) continue;
+    const Pair &before = *(after - 1), &next = *after;
+    const double gap_s = next.time_s - before.time_s;
+    if (gap_s > kLongestGap_s) continue;
+    const double share = (time_s - before.time_s) / gap_s;
+    const Eigen::Vector2d left_px = before.left_px + share * (next.left_px - before.left_px);
+    const Eigen::Vector2d right_px = before.right_px + share * (next.right_px - before.right_px);
+    const double near_px = std::max(kNear_px, kNearShare * (right_px - left_px).norm());
+    on_lamp +=
+        std::min((record.at_px - left_px).norm(), (record.at_px - right_px).norm()) < near_px;
+  }
+  return 2 * on_lamp > light.records.size();
+}
+
+}  // namespace vildar
