@@ -65,8 +65,32 @@ std::optional<Eigen::MatrixXd> inverse_information(const Eigen::MatrixXd& inform
   return root * root.transpose();
 }
 
+namespace {
+
+// Of the cost, by differences of its gradient; the information where these leave the domain.
+Eigen::MatrixXd curvature(const ResidualsAt& residuals, const Minimum& at,
+                          const Eigen::VectorXd& gradient) {
+  constexpr double kStep = 1e-3;   // sigmas
+  constexpr double kLeast = 1e-8;  // of the unknown: less is lost in rounding
+  const Eigen::VectorXd steps = (kStep * at.information.diagonal().cwiseSqrt().cwiseInverse())
+                                    .cwiseMax(kLeast * at.unknowns.cwiseAbs());
+  Eigen::MatrixXd hessian(steps.size(), steps.size());
+  for (Eigen::Index k = 0; k < steps.size(); ++k) {
+    Eigen::VectorXd moved = at.unknowns;
+    moved[k] += steps[k];
+    const auto there = residuals(moved, true);
+    if (!there) return at.information;
+    hessian.col(k) = (there->gradient() - gradient) / steps[k];
+  }
+  return 0.5 * (hessian + hessian.transpose());
+}
+
+}  // namespace
+
 Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, double tolerance) {
   constexpr int kMostIterations = 200;
+  // Residuals that are many sigmas large and bend make Gauss-Newton creep, or go to and fro.
+  constexpr int kQuickIterations = 12;
   constexpr double kFirstDamping = 1e-6, kMostDamping = 1e12;
   constexpr double kRounding = 1e-13;  // of the cost
   const double least_gain = 0.5 * tolerance * tolerance;
@@ -77,18 +101,21 @@ Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, do
   for (; best.iterations < kMostIterations && damping < kMostDamping; ++best.iterations) {
     // Scaled to a unit diagonal: unknowns differ by many orders.
     const Eigen::VectorXd scale = best.information.diagonal().cwiseSqrt().cwiseInverse();
-    Eigen::MatrixXd damped = scale.asDiagonal() * best.information * scale.asDiagonal();
+    const Eigen::VectorXd gradient = here->gradient();
+    const bool quick = best.iterations < kQuickIterations;
+    const Eigen::MatrixXd normal = quick ? best.information : curvature(residuals, best, gradient);
+    Eigen::MatrixXd damped = scale.asDiagonal() * normal * scale.asDiagonal();
     damped.diagonal().array() += damping;
     const Eigen::LDLT<Eigen::MatrixXd> solver(damped);
-    const auto step_by = [&](const Eigen::VectorXd& gradient) -> Eigen::VectorXd {
-      return -(scale.asDiagonal() * solver.solve(scale.cwiseProduct(gradient)));
+    const auto step_by = [&](const Eigen::VectorXd& slope) -> Eigen::VectorXd {
+      return -(scale.asDiagonal() * solver.solve(scale.cwiseProduct(slope)));
     };
-    const Eigen::VectorXd gradient = here->gradient(), step = step_by(gradient);
+    const Eigen::VectorXd step = step_by(gradient);
     const double decrement = -step.dot(gradient);
-    if (step.allFinite() && decrement >= 0.0) {
+    if (step.allFinite() && (quick ? decrement >= 0.0 : solver.isPositive())) {
       if (0.5 * decrement < least_gain && damping == 0.0) return best;
       Eigen::VectorXd next = best.unknowns + step;
-      if (const auto straight = residuals(next, false))
+      if (const auto straight = quick ? residuals(next, false) : std::nullopt)
         next += step_by(here->slopes * straight->values - gradient - best.information * step);
       auto there = residuals(next, true);
       if (there && there->cost <= best.cost) {

@@ -59,9 +59,10 @@ struct Minimum {
 
 /// Least squares for dense problems of few unknowns: Gauss-Newton steps, each bent by what the
 /// residuals' curvature asks for (Transtrum and Sethna 2012, geodesic acceleration), damped as by
-/// Levenberg and Marquardt where they do not lower the cost. Stops where the
-/// next step is shorter than `tolerance` sigmas or the last one gained no more than such a step
-/// would. Misses: not_converged.
+/// Levenberg and Marquardt where they do not lower the cost; Newton's, with the cost's curvature by
+/// differences, where a dozen of these have not got there. Stops where the next step is shorter
+/// than `tolerance` sigmas or the last one gained no more than such a step would. Misses:
+/// not_converged.
 Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, double tolerance);
 
 }  // namespace vildar

@@ -67,6 +67,28 @@ TEST(Descend, FollowsABentValleyToItsEnd) {
   EXPECT_LT(minimum.iterations, 30);
 }
 
+TEST(Descend, EndsWhereLargeResidualsBend) {
+  // Dennis and Schnabel's example: least at zero, where the cost bends twice as much as
+  // its slopes alone say, so that a Gauss-Newton step goes as far beyond as it came from.
+  constexpr double kBend = -1.0, kTolerance = 1e-6;
+  const auto bent = [](const Eigen::VectorXd& x, bool with_slopes) -> std::optional<Residuals> {
+    Residuals found;
+    found.values = Eigen::Vector2d(x[0] + 1.0, kBend * x[0] * x[0] + x[0] - 1.0);
+    found.cost = 0.5 * found.values.squaredNorm();
+    if (with_slopes) {
+      found.slopes.resize(1, 2);
+      found.slopes << 1.0, 2.0 * kBend * x[0] + 1.0;
+    }
+    return found;
+  };
+  const auto outcome = descend(bent, Eigen::VectorXd::Constant(1, 0.1), kTolerance);
+  ASSERT_TRUE(std::holds_alternative<Minimum>(outcome));
+  const Minimum& minimum = std::get<Minimum>(outcome);
+  EXPECT_NEAR(minimum.unknowns[0], 0.0, kTolerance);
+  EXPECT_LT(minimum.iterations, 20);
+  EXPECT_NEAR(minimum.information(0, 0), 2.0, 1e-5);
+}
+
 TEST(Descend, StaysInsideTheDomain) {
   // (ln x)^2 from far off: the full step from 10 leads below zero.
   const auto log_squared = [](const Eigen::VectorXd& x,
