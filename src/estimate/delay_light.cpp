@@ -43,18 +43,38 @@ std::vector<double> variances_w2(const PowerTrace& trace, const std::vector<Powe
   return found;
 }
 
+// How variance grows with the light, by the median over the brighter half of the blocks.
+double median_share_w(const std::vector<double>& light_w, const std::vector<double>& variance_w2,
+                      double floor_w2) {
+  std::vector<double> sorted = light_w;
+  const auto middle = static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), sorted.begin() + middle, sorted.end());
+  const double half_w = sorted[static_cast<std::size_t>(middle)];
+  std::vector<double> shares_w;
+  for (std::size_t i = 0; i < light_w.size(); ++i)
+    if (light_w[i] >= half_w && light_w[i] > 0.0)
+      shares_w.push_back((variance_w2[i] - floor_w2) / light_w[i]);
+  if (shares_w.empty()) return 0.0;
+  const auto centre = shares_w.begin() + static_cast<std::ptrdiff_t>(shares_w.size() / 2);
+  std::nth_element(shares_w.begin(), centre, shares_w.end());
+  return std::max(0.0, *centre);
+}
+
 // Noise of a sample as a line in the power, sigma^2 = floor + share * light, by weighted least
-// squares.
+// squares. Blocks in which the light ends or begins at an edge tell nothing of noise.
 void set_sigmas(const PowerTrace& trace, double offset_s, std::vector<PowerBlock>& blocks) {
   const std::vector<double> variance_w2 = variances_w2(trace, blocks, offset_s);
-  double floor_w2 = trace.noise_sigma_w * trace.noise_sigma_w, share_w = 0.0;
-  const auto light_w = [&](const PowerBlock& block) {
-    return std::max(0.0, block.power_w - trace.ambient_w);
-  };
+  constexpr double kEdge = 8.0;  // of the variance: next to none of a block's samples scatter so
+  std::vector<double> light_w;
+  for (const PowerBlock& block : blocks)
+    light_w.push_back(std::max(0.0, block.power_w - trace.ambient_w));
+  double floor_w2 = trace.noise_sigma_w * trace.noise_sigma_w;
+  double share_w = median_share_w(light_w, variance_w2, floor_w2);
   for (int round = 0; round < 3; ++round) {
     double w = 0.0, wx = 0.0, wy = 0.0, wxx = 0.0, wxy = 0.0;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
-      const double x = light_w(blocks[i]), y = variance_w2[i];
+      const double x = light_w[i], y = variance_w2[i];
+      if (y > kEdge * (floor_w2 + share_w * x)) continue;
       const double weight = std::pow(floor_w2 + share_w * x, -2);
       w += weight;
       wx += weight * x;
@@ -67,8 +87,8 @@ void set_sigmas(const PowerTrace& trace, double offset_s, std::vector<PowerBlock
     share_w = std::max(0.0, (w * wxy - wx * wy) / determinant);
     floor_w2 = std::max(0.25 * floor_w2, (wy - share_w * wx) / w);
   }
-  for (PowerBlock& block : blocks)
-    block.sigma_w = std::sqrt((floor_w2 + share_w * light_w(block)) / block.samples);
+  for (std::size_t i = 0; i < blocks.size(); ++i)
+    blocks[i].sigma_w = std::sqrt((floor_w2 + share_w * light_w[i]) / blocks[i].samples);
 }
 
 Outcome<DelaySide> side_of(const PowerTrace& trace, const Site& site, double from_s, double to_s,

@@ -45,6 +45,33 @@ TEST(Delay, SpeedAndAccelerationNeedNothingButTheBaseline) {
   }
 }
 
+// Lamps vanish from the photodiode's view at full light, and the light is cut from that of another
+// before: neither edge is noise.
+TEST(Delay, AnEdgeIsNoNoise) {
+  constexpr double kScatter = 0.15;  // of a variance from some hundred samples, over two
+  constexpr double kNoise_w = 1e-3, kBlock_samples = 10.0;
+  const Site site = simulated::two_photodiodes(2.0);
+  Random random(5);
+  std::array<PowerTrace, 2> traces;
+  for (int k = 0; k < 2; ++k) {
+    PowerTrace& trace = traces[static_cast<std::size_t>(k)];
+    trace.photodiode = k;
+    trace.sample_period_s = 1e-3;
+    trace.noise_sigma_w = kNoise_w;
+    trace.ambient_sigma_w = 0.1 * kNoise_w;
+    for (double t_s = 0.0; t_s < 1.6; t_s += 1e-3) {
+      const double ahead_m = 30.0 - 2.0 * k - 20.0 * t_s;
+      const double light_w = ahead_m > 0.0 ? 100.0 / (ahead_m * ahead_m + 27.0) : 0.0;
+      trace.time_s.push_back(t_s);
+      trace.power_w.push_back(static_cast<float>(light_w + kNoise_w * random.normal()));
+    }
+  }
+  const auto problem = delay_problem(site, traces[0], traces[1], 0.0, 1.6, false);
+  ASSERT_TRUE(std::holds_alternative<DelayProblem>(problem));
+  for (const PowerBlock& block : std::get<DelayProblem>(problem).near.blocks)
+    EXPECT_NEAR(block.sigma_w * std::sqrt(kBlock_samples) / kNoise_w, 1.0, kScatter);
+}
+
 TEST(Delay, ABrakingThatBeginsInViewDoesNotBendTheSpeed) {
   const Site site = simulated::two_photodiodes(2.0);
   simulated::Vehicle vehicle;
