@@ -36,9 +36,12 @@ bool hand_over(Vehicle& vehicle, const Lamp& kept, Lamp& heir) {
   const std::int64_t birth = heir.records.front().frame;
   const auto kept_then = from(kept.records, birth), old_then = from(old->records, birth);
   if (kept_then == kept.records.begin() || kept_then == kept.records.end()) return false;
-  const double before_px = ((kept_then - 1)->at_px - (old_then - 1)->at_px).norm();
-  const double after_px = (kept_then->at_px - heir.records.front().at_px).norm();
-  if (!(std::max(after_px / before_px, before_px / after_px) < kMostStretch)) return false;
+  const double before_px = (old_then - 1)->at_px.x() - (kept_then - 1)->at_px.x();
+  const double after_px = heir.records.front().at_px.x() - kept_then->at_px.x();
+  const double stretch = after_px / before_px;
+  const double now_px = heir.at_px().x() - kept.at_px().x();
+  if (!(stretch > 1.0 / kMostStretch && stretch < kMostStretch && now_px * before_px > 0.0))
+    return false;
 
   auto& past = vehicle.left == old ? vehicle.past_left : vehicle.past_right;
   const auto shared = static_cast<std::ptrdiff_t>(past.size());

@@ -10,8 +10,8 @@ std::optional<double> came_out_of(const Lamp& younger, const Lamp& older);
 
 /// Makes a lamp of `vehicle` what came out of the blob of the one that it was followed as, which
 /// goes on as a light of its own. Until then that blob was of both. False, and nothing is done,
-/// where the vehicle has not that other lamp, or not seen it long with `kept`, or where the new one
-/// stands at another distance from `kept`.
+/// where the vehicle has not that other lamp, or has not seen it with `kept`, or where the new one
+/// stands at another distance from `kept` or on its other side.
 bool hand_over(Vehicle& vehicle, const Lamp& kept, Lamp& heir);
 
 }  // namespace vildar

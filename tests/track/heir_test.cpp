@@ -68,7 +68,7 @@ TEST(HandOver, TheVehicleKeepsTheLampThatCameOutOfTheCommonBlob) {
   }
 }
 
-TEST(HandOver, NotToALightElsewhereOrOfAnotherWidthOrOfAnotherVehicle) {
+TEST(HandOver, NotToALightElsewhereOrOfAnotherWidthOrSideOrVehicle) {
   const Road road;
   Lamp left = road.lamp(0, 50, -3.4, -3.4), old = road.lamp(0, 50, -4.6, -4.6);
   Vehicle vehicle, other;
@@ -76,9 +76,10 @@ TEST(HandOver, NotToALightElsewhereOrOfAnotherWidthOrOfAnotherVehicle) {
   vehicle.right = &old;
   left.vehicle = old.vehicle = &vehicle;
   Lamp far = road.lamp(kSplit, 50, 0.0, -6.0), narrow = road.lamp(kSplit, 50, 0.0, -4.15);
+  Lamp other_side = road.lamp(kSplit, 50, 0.0, -2.3);
   Lamp owned = road.lamp(kSplit, 50, 0.0, -4.65), first = road.lamp(0, 50, -4.65, -4.65);
   owned.vehicle = &other;
-  for (Lamp* wrong : {&far, &narrow, &owned, &first}) {
+  for (Lamp* wrong : {&far, &narrow, &other_side, &owned, &first}) {
     EXPECT_FALSE(hand_over(vehicle, left, *wrong));
     EXPECT_EQ(vehicle.right, &old);
     EXPECT_EQ(old.records.size(), 51U);
