@@ -22,8 +22,8 @@ constexpr double kBendHelps = 0.9;  // of what a level background leaves over
 
 }  // namespace
 
-constexpr std::array<LampFitter::Attempt, 7> LampFitter::kAttempts{
-    Attempt{1, 1.0, 0.0},  Attempt{5, 1.0, 0.0},  Attempt{6, 1.0, 0.0}, Attempt{6, 0.8, 0.0},
+constexpr std::array<LampFitter::Attempt, 6> LampFitter::kAttempts{
+    Attempt{1, 1.0, 0.0},  Attempt{6, 1.0, 0.0},  Attempt{6, 0.8, 0.0},
     Attempt{6, 0.65, 0.0}, Attempt{6, 0.65, 0.1}, Attempt{6, 0.65, 0.2}};
 
 double PixelNoise::variance(double light) const {
@@ -239,7 +239,7 @@ void LampFitter::judge(std::span<const LampGuess> guesses) {
   const bool bend_helps = !level_shape_ || verdict.shape < kBendHelps * *level_shape_;
   if (result_.attempt == 0) level_shape_ = verdict.shape;
   lamp_is_other_ =
-      verdict.shaped && ((result_.attempt == kNothingRound && (verdict.round || !bend_helps)) ||
+      verdict.shaped && ((result_.attempt == kBent && (verdict.round || !bend_helps)) ||
                          (result_.attempt == 0 && verdict.round && !verdict.quarters_differ));
   result_.variance_factor = std::max(1.0, verdict.chi2_per_dof * coding_.correlated_px);
   if (result_.bad_fit)
@@ -311,8 +311,8 @@ const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGue
     add_terms();
     found = fit_background(light, guesses, radius_known, found, sum);
     // Where the plainest backgrounds lead nowhere, a freer one takes the lamp's light for its own.
-    if (!found && k >= kNothingRound) break;
-    if (found && (lamp_is_other_ || (!result_.bad_fit && k != kNothingRound))) break;
+    if (!found && k >= kBent) break;
+    if (found && (lamp_is_other_ || !result_.bad_fit)) break;
   }
   if (!found) return result_;
 

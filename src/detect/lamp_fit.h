@@ -38,13 +38,13 @@ class LampFitter {
  public:
   static constexpr std::size_t kMostLamps = 4;
   /// What is tried of the background, one after the other, until nothing with a shape is left over:
-  /// terms of its polynomial, of which only the sixth is as round as a lamp, how much of a lamp's
-  /// reach is used, and by how much of itself the background is uneven.
+  /// terms of its polynomial, how much of a lamp's reach is used, and by how much of itself the
+  /// background is uneven.
   struct Attempt {
     Eigen::Index background_terms;
     double reach, uneven;
   };
-  static const std::array<Attempt, 7> kAttempts;
+  static const std::array<Attempt, 6> kAttempts;
 
   /// `wing_share_sigma` of the PSF goes into the flux's sigma. Throws as DiscImage does.
   explicit LampFitter(const PsfShape& psf, double wing_share_sigma = 0.0);
@@ -71,9 +71,9 @@ class LampFitter {
   using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostParameters, 1>;
   using Matrix =
       Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostParameters, kMostParameters>;
-  /// An attempt at a background that leaves what is round, up to this one, is not at fault: the
-  /// lamps' own light is.
-  static constexpr int kNothingRound = 1;
+  /// The first attempt at a background that is bent. Where it leaves something round, the lamps'
+  /// own light is at fault.
+  static constexpr int kBent = 1;
   /// Of all samples under some parameters, row by row. Without `keep` a weight is the sample's
   /// share in the information; of one that does not clip 1 / variance.
   struct Rows {

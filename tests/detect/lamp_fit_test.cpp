@@ -157,6 +157,34 @@ TEST(LampFit, ScenesThatAreNotLevelBiasNothing) {
   EXPECT_LT(std::abs(bias), 0.04);
 }
 
+TEST(LampFit, LightRoundAboutALampIsNotTakenForItsOwn) {
+  const LinearCamera camera;
+  LampPictures pictures(kGlare, kSize_px);
+  Random random(27);
+  LampFitter fitter(kGlare);
+  const double flux = pictures.flux(1.5, 100.0);
+  constexpr int kTrials = 40;
+  int flagged = 0, covered = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const LampImage lamp =
+        LampPictures::lamp(32.0 + random.uniform(), 32.0 + random.uniform(), 1.5, flux);
+    std::vector<double> light = pictures.of({lamp});
+    for (int v = 0; v < kSize_px; ++v)
+      for (int u = 0; u < kSize_px; ++u) {
+        const double away2_px2 = (Eigen::Vector2d(u - 2.0, v - 5.0) - lamp.centre_px).squaredNorm();
+        light[static_cast<std::size_t>(v * kSize_px + u)] +=
+            0.02 * std::exp(-0.5 * away2_px2 / (15.0 * 15.0));
+      }
+    const FrameLight frame = camera.expose(light, kSize_px, random);
+    const LampsFit& fit = fitter.fit(frame, {{guess_of(frame, 1.2)}}, false);
+    ASSERT_EQ(fit.lamps.size(), 1U);
+    flagged += fit.bad_fit;
+    covered += std::abs(fit.lamps[0].flux - flux) < 1.96 * fit.lamps[0].flux_sigma;
+  }
+  EXPECT_LE(flagged, 5);   // a twentieth, and two sigmas of 40
+  EXPECT_GE(covered, 34);  // of 95 %, three sigmas below
+}
+
 TEST(LampFit, RefusesWhatItCannotFit) {
   const LinearCamera camera;
   Random random(24);
