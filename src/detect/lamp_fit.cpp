@@ -18,7 +18,8 @@ namespace {
 constexpr double kPatch_px2 = 16.0;  // area that is uneven together
 constexpr double kStill_px = 0.3;    // a way this short widens a core of 0.5 px by 1.5 %
 constexpr double kSmearPiece_px = 1.5;
-constexpr double kBendHelps = 0.9;  // of what a level background leaves over
+constexpr double kBendHelps = 0.9;   // of what a level background leaves over
+constexpr float kLeastAlone = 0.1F;  // of a pixel's residual, that its own pull leaves of it
 
 }  // namespace
 
@@ -246,12 +247,34 @@ void LampFitter::judge(std::span<const LampGuess> guesses) {
     result_.variance_factor = std::max(result_.variance_factor, verdict.shape_per_dof);
 }
 
+// How much of a pixel's light the fit takes from that pixel itself, over its weight: with a
+// triangular root of the covariance, the sum of squares of each of its rows times the pixel's.
+void LampFitter::find_leverage(const Matrix& covariance) {
+  const Matrix root = covariance.llt().matrixU();
+  const auto count = static_cast<Eigen::Index>(samples_.size());
+  leverage_.assign(samples_.size(), 0.0F);
+  for (Eigen::Index i = 0; i < size(); ++i) {
+    factor_.clear();
+    for (Eigen::Index j = i; j < size(); ++j)
+      factor_.push_back(static_cast<float>(root(i, j) * scale_[j]));
+    along_.assign(samples_.size(), 0.0F);
+    add_rows(std::span(rows_).subspan(static_cast<std::size_t>(i)), factor_, along_);
+    Eigen::Map<Eigen::ArrayXf>(leverage_.data(), count) +=
+        Eigen::Map<const Eigen::ArrayXf>(along_.data(), count).square();
+  }
+}
+
 // Of the information, and of what the residuals themselves say of their variance (Huber 1967): the
-// larger on the diagonal. The camera's electrons are not known.
+// larger on the diagonal. The camera's electrons are not known. A residual counts as if its pixel
+// had no part in the fit (MacKinnon and White 1985): where few pixels tell, about the rim, the fit
+// follows them.
 LampFitter::Matrix LampFitter::covariance(const Matrix& inverse) {
+  find_leverage(inverse);
   factor_ = accepted_.weight;
-  for (std::size_t k = 0; k < samples_.clear; ++k)
-    factor_[k] = accepted_.pull[k] * accepted_.pull[k];
+  for (std::size_t k = 0; k < samples_.clear; ++k) {
+    const float alone = std::max(1.0F - accepted_.weight[k] * leverage_[k], kLeastAlone);
+    factor_[k] = accepted_.pull[k] * accepted_.pull[k] / (alone * alone);
+  }
   const Matrix spread = coding_.correlated_px * squares(factor_);
   return (inverse * result_.variance_factor).cwiseMax(inverse * spread * inverse);
 }

@@ -109,6 +109,7 @@ class LampFitter {
   Sum add_up(const FrameLight& light);
   Vector step(const Sum& sum, double damping) const;
   std::optional<Vector> moved(const Vector& move, std::span<const LampGuess> guesses) const;
+  void find_leverage(const Matrix& covariance);
   Matrix covariance(const Matrix& inverse);
   Vector by_wing_share();
   bool climb(const FrameLight& light, std::span<const LampGuess> guesses, Sum& sum);
@@ -129,7 +130,7 @@ class LampFitter {
   std::vector<std::span<const float>> rows_;  // one of each parameter, over `scale_`
   Vector scale_;
   std::vector<double> sums_;
-  std::vector<float> factor_, lights_;
+  std::vector<float> factor_, lights_, along_, leverage_;
   Eigen::ArrayXXf rings_;     // place of each sample about each lamp, see ResidualShape
   Eigen::ArrayXf in_sigmas_;  // what is left over of each
   // Of each lamp ln flux, centre and, where it is not known, the disc's radius squared; background

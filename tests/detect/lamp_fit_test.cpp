@@ -185,6 +185,35 @@ TEST(LampFit, LightRoundAboutALampIsNotTakenForItsOwn) {
   EXPECT_GE(covered, 34);  // of 95 %, three sigmas below
 }
 
+// Where few pixels tell of a lamp the fit follows them, and where the camera has a tenth of the
+// electrons that it is taken to have, the residuals alone say how far.
+TEST(LampFit, SigmasHoldWhereFewPixelsTellAndElectronsAreNotKnown) {
+  const LinearCamera camera;
+  LampPictures pictures(kGlare, kSize_px);
+  Random random(28);
+  LampFitter fitter(kGlare);
+  const double flux = pictures.flux(0.5, 8.0);
+  constexpr int kTrials = 400;
+  int covered = 0, covered_axes = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const LampImage lamp =
+        LampPictures::lamp(32.0 + random.uniform(), 32.0 + random.uniform(), 0.5, flux);
+    FrameLight frame = camera.expose(pictures.of({lamp}), kSize_px, random);
+    frame.noise.electrons *= 10.0;
+    const LampsFit& fit = fitter.fit(frame, {{guess_of(frame, 1.0)}}, false);
+    ASSERT_EQ(fit.lamps.size(), 1U);
+    covered += std::abs(fit.lamps[0].flux - flux) < 1.96 * fit.lamps[0].flux_sigma;
+    for (const int axis : {0, 1})
+      covered_axes += std::abs(fit.lamps[0].centre_px[axis] - lamp.centre_px[axis]) <
+                      1.96 * fit.lamps[0].centre_sigma_px[axis];
+  }
+  const auto least = [](int trials) {
+    return 0.94 * trials - 3.0 * std::sqrt(0.94 * 0.06 * trials);
+  };
+  EXPECT_GE(covered, least(kTrials));
+  EXPECT_GE(covered_axes, least(2 * kTrials));
+}
+
 TEST(LampFit, RefusesWhatItCannotFit) {
   const LinearCamera camera;
   Random random(24);
