@@ -302,7 +302,7 @@ double Tracker::Impl::patience(const Lamp& lamp, std::int64_t frame) const {
 void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& ended) {
   constexpr double kOutside_px = 4.0;
   constexpr std::size_t kMostRecordsAlone = 2000, kMostRecordsFixed = 100;
-  constexpr double kLongestWait_s = 1.5;
+  constexpr double kLongestWait_s = 2.5;
 
   for (const auto& vehicle : vehicles_)
     if (vehicle->cut_after) {
@@ -343,9 +343,16 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
     auto& past = vehicle->left == lamp ? vehicle->past_left : vehicle->past_right;
     past.insert(past.end(), lamp->records.begin(), lamp->records.end());
     side = nullptr;
+    vehicle->drove_out = !view_.inside_image(lamp->at_px(), kOutside_px);
   }
-  for (auto& vehicle : vehicles_)
-    if (!vehicle->left && !vehicle->right) waiting_.push_back(std::move(vehicle));
+  for (auto& vehicle : vehicles_) {
+    if (vehicle->left || vehicle->right) continue;
+    if (view_.moving_sensor() || vehicle->drove_out)
+      end_vehicle(*vehicle, ended);
+    else
+      waiting_.push_back(std::move(vehicle));
+    vehicle.reset();
+  }
   std::erase_if(vehicles_, [](const auto& vehicle) { return !vehicle; });
   std::erase_if(waiting_, [&](const auto& vehicle) {
     const bool waits = seconds_of(frame.time) - seconds_of(last_seen(*vehicle)) < kLongestWait_s;

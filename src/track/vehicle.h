@@ -29,6 +29,7 @@ struct Vehicle {
   std::optional<std::int64_t> cut_after;  ///< last frame before it was no longer one vehicle
   bool came_apart = false;                ///< that is why it was cut
   bool ambiguous = false;
+  bool drove_out = false;      ///< of the image, with the last of its lamps
   bool told_strength = false;  ///< has been entered in the LightScale
 
   Lamp* partner_of(const Lamp* lamp) const { return lamp == left ? right : left; }
