@@ -77,7 +77,10 @@ void LampSamples::list_circles(std::size_t lamp, int v, std::span<const LampGues
   const auto list = [&](std::vector<Chord>& in, const Eigen::Vector2d& centre_px,
                         double radius_px) {
     const double half2 = square_of(radius_px) - square_of(std::abs(v - centre_px.y()));
-    if (half2 > 0.0) in.push_back({centre_px.x(), half2});
+    if (!(half2 > 0.0)) return;
+    const double half_px = std::sqrt(half2);
+    in.push_back({static_cast<int>(std::ceil(centre_px.x() - half_px)),
+                  static_cast<int>(std::floor(centre_px.x() + half_px))});
   };
   for (std::size_t j = 0; j < guesses.size(); ++j) {
     if (j < lamp) list(left_out_, guesses[j].centre_px, reach_px[j]);
@@ -91,15 +94,15 @@ void LampSamples::list_circles(std::size_t lamp, int v, std::span<const LampGues
 void LampSamples::gather(const FrameLight& frame, std::span<const LampGuess> guesses,
                          std::span<const double> reach_px, std::span<const OtherLamp> others_in) {
   for (std::vector<float>* one : {&u_px, &v_px, &light, &place2, &keep}) one->clear();
-  clear_.clear();
-  clipped_.clear();
+  used = 0;
   origin_px = guesses.front().centre_px.array().round();
   const LumaView& luma = frame.luma;
-  const auto within = [](const std::vector<Chord>& chords, int u) {
-    return std::any_of(chords.begin(), chords.end(), [u](const Chord& chord) {
-      return (u - chord.middle_px) * (u - chord.middle_px) < chord.half2;
-    });
+  const auto chord_at = [](const std::vector<Chord>& chords, int u) {
+    return std::find_if(chords.begin(), chords.end(),
+                        [u](const Chord& chord) { return u >= chord.first && u <= chord.last; });
   };
+  std::size_t clear_count = 0, clipped_count = 0;
+  const double hole_light = kHoleLight * frame.clip_light;
   for (std::size_t i = 0; i < guesses.size(); ++i) {
     const double reach2 = square_of(reach_px[i]), rim = guesses[i].rim_px;
     const Eigen::Vector2d& centre = guesses[i].centre_px;
@@ -115,17 +118,30 @@ void LampSamples::gather(const FrameLight& frame, std::span<const LampGuess> gue
       const double dv2 = square_of(std::abs(v - centre.y()));
       list_circles(i, v, guesses, reach_px, others_in);
       const auto take = [&](int first, int last, int every) {
-        for (int u = first + (every - (first + 2 * v) % every) % every; u <= last; u += every) {
-          if (within(left_out_, u)) continue;
-          const int code = luma.code(u, v);
-          const float here = frame.linear[code];
-          const double du = u - centre.x();
-          const bool hole = here > kHoleLight * frame.clip_light && within(holes_, u);
-          (hole || code >= frame.clip_code ? clipped_ : clear_)
-              .push_back({static_cast<float>(u - origin_px.x()),
-                          static_cast<float>(v - origin_px.y()),
-                          softened_px2 > 0.0 ? sharpened(frame, u, v, softened_px2) : here,
-                          static_cast<float>((du * du + dv2) * per_reach2)});
+        int u = first + (every - (first + 2 * v) % every) % every;
+        while (u <= last) {
+          const auto chord = chord_at(left_out_, u);
+          if (chord != left_out_.end()) {
+            u += (chord->last - u + every) / every * every;
+            continue;
+          }
+          int end = last;
+          for (const Chord& next : left_out_)
+            if (next.first > u) end = std::min(end, next.first - 1);
+          for (std::vector<Pixel>* one : {&clear_, &clipped_})
+            if (const auto most = used + static_cast<std::size_t>(end - u + 1); one->size() < most)
+              one->resize(2 * most);
+          for (; u <= end; u += every, ++used) {
+            const int code = luma.code(u, v);
+            const float here = frame.linear[code];
+            const double du = u - centre.x();
+            const bool clips = code >= frame.clip_code ||
+                               (here > hole_light && chord_at(holes_, u) != holes_.end());
+            Pixel& pixel = clips ? clipped_[clipped_count++] : clear_[clear_count++];
+            pixel = {static_cast<float>(u - origin_px.x()), static_cast<float>(v - origin_px.y()),
+                     softened_px2 > 0.0 ? sharpened(frame, u, v, softened_px2) : here,
+                     static_cast<float>((du * du + dv2) * per_reach2)};
+          }
         }
       };
       const double half_px = half_chord_px(reach2, dv2);
@@ -141,10 +157,9 @@ void LampSamples::gather(const FrameLight& frame, std::span<const LampGuess> gue
       take(std::max(middle.last + 1, all.first), all.last, stride);
     }
   }
-  used = clear_.size() + clipped_.size();
-  append(clear_);
+  append(std::span(clear_).first(clear_count));
   clear = size();
-  append(clipped_);
+  append(std::span(clipped_).first(clipped_count));
   others.assign(size(), 0.0F);
 }
 

@@ -56,9 +56,9 @@ struct LampSamples {
   struct Pixel {
     float u_px, v_px, light, place2;
   };
-  /// Of a circle, on one row.
+  /// Columns of a row that lie in a circle.
   struct Chord {
-    double middle_px, half2;
+    int first, last;
   };
   void append(std::span<const Pixel> pixels);
   void list_circles(std::size_t lamp, int v, std::span<const LampGuess> guesses,
