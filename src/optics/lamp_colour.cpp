@@ -14,12 +14,15 @@ struct Colour {
 constexpr Colour kHead{0.012, -0.015, 0.06, 0.022}, kTail{0.12, -0.05, 0.05, 0.045};
 constexpr double kYellowCr = 0.6, kYellowCb = -0.8;  // a unit vector
 
+double along_of(double cr, double cb) { return cr * kYellowCr + cb * kYellowCb; }
 double across_of(double cr, double cb) { return cb * kYellowCr - cr * kYellowCb; }
 
+// Yellower than tail lamps and greener than headlamps is no nearer to red, though the density of
+// tail lamps has more there.
 double log_density(double cr, double cb, const Colour& colour) {
-  const double off_cr = cr - colour.cr, off_cb = cb - colour.cb;
-  const double along = (off_cr * kYellowCr + off_cb * kYellowCb) / colour.along_sigma;
-  // Greener than headlamps is no nearer to red, though the wider density has more there.
+  const double along =
+      (std::min(along_of(cr, cb), along_of(kTail.cr, kTail.cb)) - along_of(colour.cr, colour.cb)) /
+      colour.along_sigma;
   const double across = (std::max(across_of(cr, cb), across_of(kHead.cr, kHead.cb)) -
                          across_of(colour.cr, colour.cb)) /
                         colour.across_sigma;

@@ -13,6 +13,15 @@ TEST(LampColour, WhiteYellowAndBlueLightsAreHeadlamps) {
   EXPECT_LT(tail_lamp_log_odds(-0.085, 0.10), -5.0);  // blue LED
 }
 
+// White light mixed with yellow, which is (0.081, -0.5) by BT.601; and the rims of halogen lamps at
+// dusk, photographed.
+TEST(LampColour, YellowIsNoRed) {
+  for (const double share : {0.1, 0.2, 0.3, 0.5, 1.0})
+    EXPECT_LT(tail_lamp_log_odds(share * 0.081, share * -0.5), 0.0) << share;
+  EXPECT_LT(tail_lamp_log_odds(0.05, -0.16), 0.0);
+  EXPECT_LT(tail_lamp_log_odds(0.10, -0.16), 0.0);
+}
+
 TEST(LampColour, RedLightsAreTailLamps) {
   EXPECT_GT(tail_lamp_log_odds(0.115, -0.06), 1.0);  // half whitened by clipping
   EXPECT_GT(tail_lamp_log_odds(0.22, -0.01), 5.0);
