@@ -90,6 +90,20 @@ std::vector<double> breaks_of(const DelayRows& rows, double delay_s, int pieces)
   return breaks;
 }
 
+// Under what angle off the road the far photodiode sees the vehicle, at a constant speed. Headlamps
+// shine ahead: their light is gone at about half a right angle.
+void set_angles(const DelayProblem& problem, double delay_s, DelayRows& rows) {
+  constexpr double kCompared_rad = 0.35;
+  const double d_m = problem.perpendicular_m;
+  const double speed_mps = problem.baseline_m.mean / delay_s;
+  const double passed_s = problem.far.passed_s - rows.reference_s;
+  for (DelayRows::Row& row : rows.rows) {
+    if (!row.far) continue;
+    const double ahead_m = d_m + speed_mps * std::max(0.0, passed_s - row.tau_s);
+    row.angle = std::atan2(d_m, ahead_m) / kCompared_rad;
+  }
+}
+
 // The delay that a coarse curve fits best, with constant speed.
 double scan_delay_s(const DelayProblem& problem, const DelayRows& rows) {
   constexpr double kStep = 1.2;
@@ -175,7 +189,9 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
     Eigen::MatrixX2d slopes(found.covariance.rows(), 2);
     slopes.col(0) = motion.speed_slopes(found.known);
     slopes.col(1) = motion.acceleration_slopes(found.known);
-    const Eigen::Matrix2d covariance = widened * slopes.transpose() * found.covariance * slopes;
+    const Eigen::Vector2d unlike = slopes.transpose() * found.mismatch;
+    const Eigen::Matrix2d covariance =
+        widened * slopes.transpose() * found.covariance * slopes + unlike * unlike.transpose();
     const double relative = covariance(0, 0) / (motion.speed_mps * motion.speed_mps);
     if (!(relative < least)) continue;
     least = relative;
@@ -201,10 +217,11 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
 Outcome<DelayFit> fit_delay(const DelayProblem& problem) {
   if (std::min(problem.near.blocks.size(), problem.far.blocks.size()) < kFewestBlocks)
     return Miss::too_few_samples;
-  const DelayRows rows = rows_of(problem);
+  DelayRows rows = rows_of(problem);
   if (!(rows.unit_w > 0.0)) return Miss::below_noise;
   const double delay_s = scan_delay_s(problem, rows);
   if (!(delay_s > 0.0)) return Miss::too_few_samples;
+  set_angles(problem, delay_s, rows);
   const auto outcome = best_curve(problem, rows, delay_s);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   const auto& [constant, curve, pieces] = std::get<Candidate>(outcome);
@@ -223,7 +240,8 @@ Outcome<DelayFit> fit_delay(const DelayProblem& problem) {
       std::sqrt(std::max(motion->noise_factor, variance_factor(rows, residuals, unknowns)));
   fit.pieces = pieces;
   fit.log_ratio = motion->value[kLogFarGain];
-  if (problem.log_ratio.std > 0.0) fit.log_ratio_std = std::sqrt(motion->covariance(2, 2));
+  if (problem.log_ratio.std > 0.0)
+    fit.log_ratio_std = std::hypot(std::sqrt(motion->covariance(2, 2)), motion->mismatch[2]);
 
   constexpr double kWorstMismatch = 0.03;  // rms of the light
   double error2 = 0.0, light2 = 0.0;
@@ -234,8 +252,8 @@ Outcome<DelayFit> fit_delay(const DelayProblem& problem) {
   const double expected = 4.0;  // of chi-square, below which noise explains any mismatch
   if (fit.chi2_per_dof > expected && error2 > kWorstMismatch * kWorstMismatch * light2)
     return Miss::bad_fit;
-  // The chance of more, with three priors, is one in a hundred thousand.
-  constexpr double kMostPriorChi2 = 25.0;
+  // The chance of more, with two priors, is one in a hundred thousand.
+  constexpr double kMostPriorChi2 = 23.0;
   if (model.prior_chi2(motion->value, motion->acceleration_variance) > kMostPriorChi2)
     return Miss::bad_fit;
   put_speed(problem, rows, model, *motion, fit);

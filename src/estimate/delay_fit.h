@@ -18,6 +18,7 @@ namespace vildar {
 struct DelaySide {
   std::vector<PowerBlock> blocks;  ///< of one length; ambient not removed
   Uncertain ambient_w;
+  double passed_s = 0.0;  ///< where the light of the vehicle ends, cut off or not
 };
 
 /// From this moment on a vehicle's acceleration is another.
@@ -39,7 +40,8 @@ struct KnownAcceleration {
 struct DelayProblem {
   DelaySide near, far;  ///< `far` stands up the road: it is passed first
   Uncertain baseline_m;
-  Uncertain log_ratio;  ///< ln of the gain of `far` over that of `near`; std 0: known
+  Uncertain log_ratio;           ///< ln of the gain of `far` over that of `near`; std 0: known
+  double perpendicular_m = 0.0;  ///< from the lamps' path to the photodiodes
   std::optional<KnownAcceleration> acceleration;  ///< none: it may wander
 };
 
@@ -57,8 +59,8 @@ struct DelayFit {
 
 /// Speed and acceleration from two pulses, their common shape being a free smooth curve with as
 /// many pieces as the data ask for. The acceleration, of which 0 +- 1.5 m/s^2 is known beforehand,
-/// may wander while the light lasts. Where the ratio of gains is uncertain, an angular mismatch of
-/// the same size between the two is allowed for.
+/// may wander while the light lasts. Where the ratio of gains is uncertain, a mismatch that grows
+/// with the angle off the road is allowed for: of the same size at 0.35 rad.
 /// Misses: too_few_samples, below_noise, not_converged, bad_fit (the pulses are not alike),
 /// too_uncertain (the delay is not told from none).
 Outcome<DelayFit> fit_delay(const DelayProblem& problem);

@@ -106,11 +106,29 @@ Outcome<DelaySide> side_of(const PowerTrace& trace, const Site& site, double fro
       side.blocks.begin(), side.blocks.end(),
       [](const PowerBlock& a, const PowerBlock& b) { return a.power_w < b.power_w; });
   if (peak == side.blocks.end()) return Miss::too_few_samples;
-  if (!(peak->power_w - trace.ambient_w > kClearSigmas * peak->sigma_w)) return Miss::below_noise;
+  const double peak_w = peak->power_w - trace.ambient_w;
+  if (!(peak_w > kClearSigmas * peak->sigma_w)) return Miss::below_noise;
+  constexpr double kGone = 0.01;  // of the peak
+  const auto ended = std::find_if(peak, side.blocks.end(), [&](const PowerBlock& block) {
+    const double light_w = block.power_w - trace.ambient_w;
+    return light_w < std::max(kClearSigmas * block.sigma_w, kGone * peak_w);
+  });
+  side.passed_s = (ended == side.blocks.end() ? std::prev(ended) : ended)->time_s;
   if (to_peak) side.blocks.erase(peak, side.blocks.end());
   if (side.blocks.empty()) return Miss::too_few_samples;
   set_sigmas(trace, offset_s, side.blocks);
   return side;
+}
+
+// From the path of the lamps of the farthest lane: of several any may be the vehicle's.
+double perpendicular_m(const Site& site, const PhotodiodeSite& receiver) {
+  constexpr double kRoadside_m = 4.0;  // where no lane is given
+  const double drop_m =
+      receiver.position_m[2].mean - (site.lamps.height_m ? site.lamps.height_m->mean : 0.0);
+  double aside_m = site.road.lanes.empty() ? kRoadside_m : 0.0;
+  for (const LaneSite& lane : site.road.lanes)
+    aside_m = std::max(aside_m, std::abs(lane.lateral_m.mean - receiver.position_m[1].mean));
+  return std::hypot(aside_m, drop_m);
 }
 
 }  // namespace
@@ -139,6 +157,7 @@ Outcome<DelayProblem> delay_problem(const Site& site, const PowerTrace& one,
   problem.log_ratio = {std::log(far.gain_ratio.mean / near.gain_ratio.mean),
                        std::hypot(near.gain_ratio.std / near.gain_ratio.mean,
                                   far.gain_ratio.std / far.gain_ratio.mean)};
+  problem.perpendicular_m = perpendicular_m(site, far);
   for (const auto& [trace, side] :
        {std::pair{&near_trace, &problem.near}, std::pair{&far_trace, &problem.far}}) {
     auto found = side_of(*trace, site, from_s, to_s, to_peak);

@@ -48,7 +48,7 @@ std::vector<int> DelayModel::free(bool move_delay) const {
   std::vector<int> found{kNearAmbient, kFarAmbient};
   if (move_delay) {
     found.insert(found.end(), {kLogDelay, kAlpha});
-    if (problem_.log_ratio.std > 0.0) found.insert(found.end(), {kLogFarGain, kAngularGain});
+    if (problem_.log_ratio.std > 0.0) found.push_back(kLogFarGain);
   }
   for (int k = kDelayParameters; k < first_step(); ++k) found.push_back(k);
   return found;
@@ -63,7 +63,7 @@ DelayModel::Light DelayModel::light_of(const DelayRows::Row& row,
     departed_m += value[first_step() + static_cast<int>(k)] * steps_[k].way(row.tau_s);
   found.by_log_delay = delay_s * ((row.far ? 1.0 : 0.0) + departed_m / problem_.baseline_m.mean);
   found.local = curve_.at(row.tau_s * (1.0 + 0.5 * value[kAlpha] * row.tau_s) + found.by_log_delay);
-  if (row.far) found.gain = std::exp(value[kLogFarGain] + value[kAngularGain] * row.root);
+  if (row.far) found.gain = std::exp(value[kLogFarGain]);
   for (std::size_t k = 0; k < 4; ++k) {
     const double scaled =
         found.gain * value[kDelayParameters + found.local.first + static_cast<int>(k)];
@@ -115,6 +115,7 @@ DelayModel::Point DelayModel::at(const Eigen::VectorXd& value, bool with_derivat
   if (with_derivatives) {
     point.information = Eigen::MatrixXd::Zero(value.size(), value.size());
     point.gradient = Eigen::VectorXd::Zero(value.size());
+    point.mismatch = Eigen::VectorXd::Zero(value.size());
   }
   const double per_mps = std::exp(value[kLogDelay]) / problem_.baseline_m.mean;
   std::vector<Term> terms;
@@ -131,16 +132,14 @@ DelayModel::Point DelayModel::at(const Eigen::VectorXd& value, bool with_derivat
     terms.push_back({ambient, 1.0});
     terms.push_back({kAlpha, 0.5 * slope * row.tau_s * row.tau_s});
     terms.push_back({kLogDelay, slope * by_log_delay});
-    if (row.far) {
-      terms.push_back({kLogFarGain, light});
-      terms.push_back({kAngularGain, light * row.root});
-    }
+    if (row.far) terms.push_back({kLogFarGain, light});
     for (std::size_t k = 0; k < steps_.size(); ++k)
       if (const double way = steps_[k].way(row.tau_s); way != 0.0)
         terms.push_back({first_step() + static_cast<int>(k), slope * per_mps * way});
     for (const Term& one : terms) {
       const double scaled = one.slope / (row.sigma * row.sigma);
       point.gradient[one.parameter] += scaled * residual * row.sigma;
+      point.mismatch[one.parameter] += scaled * light * row.angle;
       for (const Term& other : terms)
         point.information(one.parameter, other.parameter) += scaled * other.slope;
     }
@@ -160,10 +159,8 @@ void DelayModel::add_priors(Point& point, bool with_derivatives) const {
   };
   add(kNearAmbient, value[kNearAmbient] - ambient_[0], ambient_std_[0]);
   add(kFarAmbient, value[kFarAmbient] - ambient_[1], ambient_std_[1]);
-  if (problem_.log_ratio.std > 0.0) {
+  if (problem_.log_ratio.std > 0.0)
     add(kLogFarGain, value[kLogFarGain] - problem_.log_ratio.mean, problem_.log_ratio.std);
-    add(kAngularGain, value[kAngularGain], problem_.log_ratio.std);
-  }
   for (int k = 0; k < curve_.size(); ++k)
     add(kDelayParameters + k, value[kDelayParameters + k], kCoefficientStd);
 
@@ -184,8 +181,7 @@ double DelayModel::prior_chi2(const Eigen::VectorXd& value, double acceleration_
   const double rate_mps2 = value[kAlpha] * problem_.baseline_m.mean * std::exp(-value[kLogDelay]);
   double sum = rate_mps2 * rate_mps2 / acceleration_variance;
   if (problem_.log_ratio.std > 0.0)
-    sum += std::pow((value[kLogFarGain] - problem_.log_ratio.mean) / problem_.log_ratio.std, 2) +
-           std::pow(value[kAngularGain] / problem_.log_ratio.std, 2);
+    sum += std::pow((value[kLogFarGain] - problem_.log_ratio.mean) / problem_.log_ratio.std, 2);
   return sum;
 }
 

@@ -17,7 +17,6 @@ enum DelayParameter : int {
   kLogDelay,     ///< ln (baseline over speed)
   kAlpha,        ///< acceleration over speed, 1/s
   kLogFarGain,   ///< ln of the far gain over the near one
-  kAngularGain,  ///< of the same, times the root of the relative power: mismatch with angle
   kNearAmbient,  ///< in power units
   kFarAmbient,
   kDelayParameters,
@@ -28,6 +27,8 @@ struct DelayRows {
   struct Row {
     double tau_s, power, sigma, root;  ///< root: of the relative power above ambient
     bool far;
+    /// Off the road, in those at which gains are compared; of the far ones.
+    double angle = 0.0;
   };
   std::vector<Row> rows;  ///< each side's in order of time, near first
   double unit_w = 1.0;
@@ -49,7 +50,8 @@ class DelayModel {
     double cost = 0.0;      ///< half the sum of squares
     Eigen::MatrixXd information;
     Eigen::VectorXd gradient;
-    bool converged = false;  ///< as minimise() leaves it
+    Eigen::VectorXd mismatch;  ///< change of the gradient by a far gain that grows with the angle
+    bool converged = false;    ///< as minimise() leaves it
   };
   Point at(const Eigen::VectorXd& value, bool with_derivatives) const;
   /// A first point: this delay, no acceleration, a flat curve.

@@ -16,6 +16,7 @@ struct Reduced {
   std::vector<int> kept, others;
   Eigen::MatrixXd information, response;  // response: of the others, by the kept ones
   Eigen::VectorXd gradient, offset;       // offset: of the others where the kept ones rest
+  Eigen::VectorXd mismatch;
 
   // All unknowns where the kept ones go a share of this way.
   Eigen::VectorXd gone(Eigen::VectorXd value, const Eigen::VectorXd& moved, double share) const {
@@ -43,6 +44,9 @@ std::optional<Reduced> reduce(const DelayModel& model, const DelayModel::Point& 
   found.offset = -solver.solve(point.gradient(found.others));
   found.information =
       (point.information(found.kept, found.kept) + across.transpose() * found.response) /
+      noise_factor;
+  found.mismatch =
+      (point.mismatch(found.kept) + found.response.transpose() * point.mismatch(found.others)) /
       noise_factor;
   found.gradient = (point.gradient(found.kept) + across.transpose() * found.offset) / noise_factor;
   return found;
@@ -73,7 +77,7 @@ AccelerationPrior acceleration_prior(const DelayModel& model, const DelayMotion&
 }
 
 // How far it wanders is weighed by the evidence.
-bool let_wander(const DelayModel& model, double between_s, DelayMotion& found) {
+bool let_wander(const DelayModel& model, double between_s, double ratio_std, DelayMotion& found) {
   constexpr int kMostRounds = 4, kHalvings = 4;
   constexpr double kSlack = 0.5, kEnough = 0.1;  // of half a chi-square
   const Eigen::Index steps = found.value.size() - model.first_step();
@@ -86,6 +90,7 @@ bool let_wander(const DelayModel& model, double between_s, DelayMotion& found) {
     if (!mixed) return false;
     found.known = reduced->kept;
     found.covariance = mixed->covariance;
+    found.mismatch = ratio_std * found.covariance * reduced->mismatch;
     found.acceleration_variance = mixed->acceleration_variance;
     // The way is that of a tangent: where it leads astray it is cut short.
     const auto cost = [&](const Eigen::VectorXd& value) {
@@ -109,7 +114,7 @@ bool let_wander(const DelayModel& model, double between_s, DelayMotion& found) {
 }
 
 // The steps are known; their doubt is handed on.
-bool follow(const KnownAcceleration& known, const DelayModel& model,
+bool follow(const KnownAcceleration& known, const DelayModel& model, double ratio_std,
             std::span<const double> steps_s, DelayMotion& found) {
   constexpr int kMostIterations = 20;
   const auto steps = static_cast<Eigen::Index>(steps_s.size());
@@ -136,6 +141,7 @@ bool follow(const KnownAcceleration& known, const DelayModel& model,
   found.known = reduced->kept;
   found.covariance = Eigen::MatrixXd::Zero(n + steps, n + steps);
   found.covariance.topLeftCorner(n, n) = solver.solve(Eigen::MatrixXd::Identity(n, n));
+  found.mismatch = ratio_std * found.covariance * reduced->mismatch;
   if (known.covariance.size() == 0) return true;
   Eigen::MatrixXd response(n + steps, steps);
   response << -solver.solve(normal.information.topRightCorner(n, steps)),
@@ -174,9 +180,10 @@ std::optional<DelayMotion> find_delay_motion(const DelayProblem& problem, const 
   found.value = model.start(1.0);
   found.value.head(model.first_step()) = constant;
   found.noise_factor = noise_factor(rows, model.residuals(found.value));
-  const bool determined = problem.acceleration
-                              ? follow(*problem.acceleration, model, steps_s, found)
-                              : let_wander(model, steps_s[1] - steps_s[0], found);
+  const bool determined =
+      problem.acceleration
+          ? follow(*problem.acceleration, model, problem.log_ratio.std, steps_s, found)
+          : let_wander(model, steps_s[1] - steps_s[0], problem.log_ratio.std, found);
   return determined ? std::optional(std::move(found)) : std::nullopt;
 }
 

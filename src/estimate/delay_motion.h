@@ -18,6 +18,7 @@ struct DelayMotion {
   std::vector<int> known;      ///< those that `covariance` is of: kLogDelay, kAlpha, kLogFarGain if
                                ///< free, and the steps
   Eigen::MatrixXd covariance;  ///< by the blocks' own sigmas times the root of `noise_factor`
+  Eigen::VectorXd mismatch;    ///< one sigma of what unlike angular responses do to `known`
   double acceleration_variance = 1.0;  ///< of the prior at the reference
   double noise_factor = 1.0;  ///< of the variance, by which the blocks' own sigmas fall short
 };

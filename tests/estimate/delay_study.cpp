@@ -87,7 +87,7 @@ using DelayStudy = Study;
 TEST_F(DelayStudy, MatchedPhotodiodesReachTheirBound) {
   for (const Case& tried :
        {Case{}, Case{.baseline_m = 1.0}, Case{.baseline_m = 5.0}, Case{.snr_db = 30.0},
-        Case{.ripple = 0.3}, Case{.baseline_std_m = 0.01}}) {
+        Case{.ripple = 0.3}, Case{.baseline_std_m = 0.01}, Case{.gain_std = 0.0}}) {
     const Found found = study(tried);
     EXPECT_GE(found.used, kTrials * 98 / 100);
     EXPECT_LE(found.rmse(), (1.05 + 2.0 * kRatioError) * found.bound());

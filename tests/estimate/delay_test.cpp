@@ -19,12 +19,13 @@ struct Pair {
 };
 
 Pair pair_of(const simulated::Vehicle& vehicle, const Site& site, Receiving receiving = {},
-             double far_gain = 1.0) {
+             double far_gain = 1.0, double far_angular_gain = 0.0) {
   Random random(7);
   const simulated::Beam beam;
   Pair pair;
   pair.near = simulated::beam_trace(vehicle, site, beam, 0, receiving, random);
   receiving.gain = far_gain;
+  receiving.angular_gain = far_angular_gain;
   pair.far = simulated::beam_trace(vehicle, site, beam, 1, receiving, random);
   return pair;
 }
@@ -124,6 +125,23 @@ TEST(Delay, AGainRatioIsFoundAndDoesNotBendTheSpeed) {
   const auto fit = std::get<DelayFit>(pair_of(vehicle, site, {.snr_db = 60.0}, 1.04).speed(site));
   EXPECT_NEAR(fit.log_ratio, std::log(1.04), 4.0 * fit.log_ratio_std);
   EXPECT_NEAR(fit.speed.speed_mps, vehicle.speed_at_mps(fit.speed.time_s), 4.0 * fit.speed.std_mps);
+}
+
+TEST(Delay, AMismatchThatGrowsWithTheAngleIsInTheSigma) {
+  constexpr double kMismatch = 0.01;
+  const Site site = simulated::two_photodiodes(2.0, kMismatch);
+  const simulated::Vehicle vehicle;
+  for (const double mismatch : {-kMismatch, 0.0, kMismatch}) {
+    const Pair pair = pair_of(vehicle, site, {.snr_db = 60.0}, 1.0, mismatch);
+    const auto fit = std::get<DelayFit>(pair.speed(site));
+    const double error_mps = fit.speed.speed_mps - vehicle.speed_at_mps(fit.speed.time_s);
+    EXPECT_LT(std::abs(error_mps), 2.0 * fit.speed.std_mps) << mismatch;
+  }
+  // Photodiodes said to be alike are surer.
+  const Site alike = simulated::two_photodiodes(2.0, 0.0);
+  const Pair pair = pair_of(vehicle, site, {.snr_db = 60.0});
+  EXPECT_LT(2.0 * std::get<DelayFit>(pair.speed(alike)).speed.std_mps,
+            std::get<DelayFit>(pair.speed(site)).speed.std_mps);
 }
 
 TEST(Delay, WhatItCannotDoIsNamed) {
