@@ -53,7 +53,8 @@ double best_time_s(const Trajectory& trajectory, double from_s, double to_s);
 
 /// Fits the bearings of a track: one trajectory for each thing that the vehicle may be (lane, class
 /// of lamps) with its weight, the likeliest first. Adds to `warnings` what a reader should know.
-/// Misses: too_few_samples, too_short, no_scale, unobservable, not_converged, bad_fit, not_on_road.
+/// Misses: too_few_samples, too_short, no_scale, unobservable, not_converged, bad_fit, not_on_road;
+/// ambiguous_identity where parts of the track exclude each other.
 Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& track, const Camera& camera,
                                                   const Site& site,
                                                   std::vector<std::string>& warnings);

@@ -7,6 +7,7 @@
 #include "core/text.h"
 #include "estimate/bearing_fit.h"
 #include "estimate/hypotheses.h"
+#include "estimate/speed_budget.h"
 
 namespace vildar {
 namespace {
@@ -31,13 +32,14 @@ VehicleTrack part_of(const VehicleTrack& track, const Part& part) {
 
 // Lone lights before a pair may be another vehicle's, or glints: what both lamps were seen in
 // counts.
-bool holds_most_pairs(const VehicleTrack& part, const VehicleTrack& track) {
+double share_of_pairs(const VehicleTrack& part, const VehicleTrack& track) {
   const auto pairs = [](const VehicleTrack& of) {
     return std::ranges::count_if(of.sightings, [](const VehicleSighting& sighting) {
       return sighting.left && sighting.right;
     });
   };
-  return 2 * pairs(part) >= pairs(track);
+  const auto all = pairs(track);
+  return all > 0 ? static_cast<double>(pairs(part)) / static_cast<double>(all) : 1.0;
 }
 
 double relative_sigma(const Trajectory& trajectory) {
@@ -46,27 +48,67 @@ double relative_sigma(const Trajectory& trajectory) {
   return state.speed_std_mps / std::abs(state.over_ground_mps);
 }
 
-// The surest fit of the longest parts of a track that the model explains: a lamp was hidden or
-// another's for a while, or the vehicle began to brake. Less than half a track proves nothing.
-std::optional<BearingFit> steady_part(const VehicleTrack& track, const Camera& camera,
-                                      const Site& site) {
+struct SteadyPart {
+  double length;  // share of the track's time
+  double pairs;   // share of what both lamps were seen in
+  BearingFit fit;
+
+  // Less than half a track proves nothing, but may disprove a longer part.
+  bool proves() const { return length > 0.49 && pairs >= 0.5; }
+};
+
+// The parts of a track that the model explains, the longest first: a lamp was hidden or another's
+// for a while, or the vehicle began to brake.
+std::vector<SteadyPart> steady_parts(const VehicleTrack& track, const Camera& camera,
+                                     const Site& site) {
   constexpr int kFewestFrames = 12;
-  constexpr std::array<Part, 5> kLongestFirst{
-      {{0.0, 0.667}, {0.333, 1.0}, {0.0, 0.5}, {0.25, 0.75}, {0.5, 1.0}}};
-  std::optional<BearingFit> best;
-  double best_length = 0.0;
+  constexpr double kLeastPairs = 0.333;
+  constexpr std::array<Part, 8> kLongestFirst{{{0.0, 0.667},
+                                               {0.333, 1.0},
+                                               {0.0, 0.5},
+                                               {0.25, 0.75},
+                                               {0.5, 1.0},
+                                               {0.0, 0.333},
+                                               {0.333, 0.667},
+                                               {0.667, 1.0}}};
+  std::vector<SteadyPart> found;
   for (const Part& part : kLongestFirst) {
-    if (best && part.length() < best_length - 0.01) break;
     const VehicleTrack cut = part_of(track, part);
-    if (!holds_most_pairs(cut, track)) continue;
+    const double pairs = share_of_pairs(cut, track);
+    if (pairs < kLeastPairs) continue;
     auto outcome = fit_bearings(cut, camera, site);
     BearingFit* fit = std::get_if<BearingFit>(&outcome);
     if (!fit || !fit->steady() || fit->trajectory.frames < kFewestFrames) continue;
-    if (best && relative_sigma(fit->trajectory) > relative_sigma(best->trajectory)) continue;
-    best = std::move(*fit);
-    best_length = part.length();
+    found.push_back({part.length(), pairs, std::move(*fit)});
   }
-  return best;
+  return found;
+}
+
+// The surest of the longest that prove something, if any.
+BearingFit* best_of(std::vector<SteadyPart>& parts) {
+  SteadyPart* best = nullptr;
+  for (SteadyPart& one : parts) {
+    if (!one.proves()) continue;
+    if (best && (one.length < best->length - 0.01 ||
+                 relative_sigma(one.fit.trajectory) > relative_sigma(best->fit.trajectory)))
+      continue;
+    best = &one;
+  }
+  return best ? &best->fit : nullptr;
+}
+
+// Whether two parts cannot be the same vehicle's: their speeds differ by more than their shapes
+// leave open at the time between them. The scale is that of the same lengths in both.
+bool exclude_each_other(const Trajectory& one, const Trajectory& other) {
+  constexpr double kFar = 3.5;  // sigmas
+  if (one.problem.pairs != other.problem.pairs) return false;
+  const double time_s = 0.5 * (std::max(one.from_s, other.from_s) + std::min(one.to_s, other.to_s));
+  const auto speed_mps = [&](const Trajectory& of) { return of.at(time_s).over_ground_mps; };
+  const auto shape_mps = [&](const Trajectory& of) {
+    return speed_budget(of, time_s).shape * speed_mps(of);
+  };
+  return std::abs(speed_mps(one) - speed_mps(other)) >
+         kFar * std::hypot(shape_mps(one), shape_mps(other));
 }
 
 }  // namespace
@@ -78,10 +120,15 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& track, con
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   BearingFit& first = std::get<BearingFit>(outcome);
   if (!first.steady()) {
-    auto part = steady_part(track, camera, site);
-    if (!part && !first.explains()) return Miss::bad_fit;
-    if (part) {
-      first = std::move(*part);
+    auto parts = steady_parts(track, camera, site);
+    BearingFit* best = best_of(parts);
+    if (!best && !first.explains()) return Miss::bad_fit;
+    if (best) {
+      if (std::ranges::any_of(parts, [&](const SteadyPart& one) {
+            return exclude_each_other(best->trajectory, one.fit.trajectory);
+          }))
+        return Miss::ambiguous_identity;
+      first = std::move(*best);
       warnings.push_back("its motion or its lamps change in view: measured from " +
                          fixed_text(first.trajectory.from_s, 2) + " to " +
                          fixed_text(first.trajectory.to_s, 2) + " s alone");

@@ -56,6 +56,30 @@ TEST(TrajectoryFit, ALampThatIsAnothersForAWhileIsLeftOut) {
               0.2);
 }
 
+TEST(TrajectoryFit, AFarLampThatIsBlendedWithAFollowersGivesNoWrongSpeed) {
+  // First one lamp alone, then the other with a lamp of the vehicle behind in it, until the vehicle
+  // is near: what is seen far off makes a steady path of its own.
+  constexpr simulated::Vehicle kFromFar{36.0, 0.0, 155.0, -4.0, 0.65, 1.2};
+  constexpr simulated::View kLong{.to_s = 4.0, .sigma_px = 0.1};
+  constexpr double kBoth_s = 1.0;
+  // The lengths are what the site expects on average, so 3.5 sigmas of the shape alone.
+  constexpr double kShape_mps = 0.3;
+  const Site site = simulated::mast_site(1.3);
+  for (const double off_px : {-2.0, 2.5})
+    for (const double parted_s : {2.3, 2.5, 2.7}) {
+      Random random(1);
+      VehicleTrack track = simulated::track_of(kFromFar, site, kLong, random);
+      for (VehicleSighting& sighting : track.sightings) {
+        const double t_s = seconds_of(sighting.time);
+        if (t_s < parted_s) sighting.right->centre_px.x() += off_px;
+        if (t_s < kBoth_s) sighting.right.reset();
+      }
+      const VehicleResult result = estimate_vehicle(track, site, {}).result;
+      if (result.withheld) continue;
+      EXPECT_NEAR(result.speed.speed_mps, kFromFar.speed_at_mps(result.speed.time_s), kShape_mps);
+    }
+}
+
 TEST(TrajectoryFit, ALoneLightBeforeThePairIsNotMeasuredInItsPlace) {
   // Another vehicle's lamp, ahead by as much time as it takes to drive 30 m, twice as fast.
   constexpr double kPair_s = 1.7;
