@@ -19,7 +19,6 @@ constexpr double kSettled = 0.2;          // of a sigma
 constexpr double kMostShareSpread = 0.7;  // sigma of ln share that is still worth having
 constexpr double kToldShare = 0.6;        // of a prior's sigma
 constexpr LampFitter::Attempt kFreely{5, 1.0, 0.1};
-constexpr int kLastAttempt = static_cast<int>(LampFitter::kAttempts.size()) - 1;
 constexpr double kCoreSeen = 5.0;  // times white up to which the flank of the core shows
 
 struct Round {
@@ -36,7 +35,9 @@ Round start_round(std::span<const LampCrop> crops, std::span<const std::vector<L
   LampFitter fitter(shape);
   for (std::size_t i = 0; i < crops.size(); ++i) {
     const LampCrop& crop = crops[i];
-    LampsFit found = fitter.fit(crop.light, guesses[i], false, {}, judge ? 0 : kLastAttempt);
+    const auto attempts = LampFitter::attempts(crop.light);
+    const int freest = static_cast<int>(attempts.size()) - 1;
+    LampsFit found = fitter.fit(crop.light, guesses[i], false, {}, judge ? 0 : freest);
     // What the last round began from may be another summit.
     if (judge && found.bad_fit) found = fitter.fit(crop.light, crop.lamps, false);
     if (found.lamps.empty()) {
@@ -51,7 +52,7 @@ Round start_round(std::span<const LampCrop> crops, std::span<const std::vector<L
     }
     CropFit fit;
     fit.crop = &crop;
-    fit.attempt = judge ? LampFitter::kAttempts[static_cast<std::size_t>(found.attempt)] : kFreely;
+    fit.attempt = judge ? attempts[static_cast<std::size_t>(found.attempt)] : kFreely;
     for (const LampFit& lamp : found.lamps)
       fit.own.insert(fit.own.end(), {std::log(lamp.flux), lamp.centre_px.x(), lamp.centre_px.y(),
                                      radius_number(lamp.radius_px)});

@@ -21,11 +21,30 @@ constexpr double kSmearPiece_px = 1.5;
 constexpr double kBendHelps = 0.9;   // of what a level background leaves over
 constexpr float kLeastAlone = 0.1F;  // of a pixel's residual, that its own pull leaves of it
 
+// The first attempt at a background that is bent. Where it leaves something round, the lamps' own
+// light is at fault.
+constexpr int kBent = 1;
+
+constexpr std::array<LampFitter::Attempt, 6> kAttempts{
+    {{1, 1.0, 0.0}, {6, 1.0, 0.0}, {6, 0.8, 0.0}, {6, 0.65, 0.0}, {6, 0.65, 0.1}, {6, 0.65, 0.2}}};
+
+// Coding with loss changes a lamp's rim all around, and a round term would take that: the first
+// bend has none, and is there to be judged only.
+constexpr Eigen::Index kNothingRound = 5;
+constexpr std::array<LampFitter::Attempt, 7> kCodedAttempts{{{1, 1.0, 0.0},
+                                                             {kNothingRound, 1.0, 0.0},
+                                                             {6, 1.0, 0.0},
+                                                             {6, 0.8, 0.0},
+                                                             {6, 0.65, 0.0},
+                                                             {6, 0.65, 0.1},
+                                                             {6, 0.65, 0.2}}};
+
 }  // namespace
 
-constexpr std::array<LampFitter::Attempt, 6> LampFitter::kAttempts{
-    Attempt{1, 1.0, 0.0},  Attempt{6, 1.0, 0.0},  Attempt{6, 0.8, 0.0},
-    Attempt{6, 0.65, 0.0}, Attempt{6, 0.65, 0.1}, Attempt{6, 0.65, 0.2}};
+std::span<const LampFitter::Attempt> LampFitter::attempts(const FrameLight& light) {
+  if (light.coding) return kCodedAttempts;
+  return kAttempts;
+}
 
 double PixelNoise::variance(double light) const {
   const double place = std::clamp(light, 0.0, 1.0) * static_cast<double>(rounding.size() - 1);
@@ -327,15 +346,17 @@ const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGue
   gather(light, guesses, others);
   Sum sum;
   bool found = false;
-  for (int k = first_attempt; k < static_cast<int>(kAttempts.size()); ++k) {
-    attempt_ = kAttempts[static_cast<std::size_t>(k)];
+  const auto tried = attempts(light);
+  for (int k = first_attempt; k < static_cast<int>(tried.size()); ++k) {
+    attempt_ = tried[static_cast<std::size_t>(k)];
     result_.attempt = k;
     samples_.keep_within(attempt_.reach);
     add_terms();
     found = fit_background(light, guesses, radius_known, found, sum);
     // Where the plainest backgrounds lead nowhere, a freer one takes the lamp's light for its own.
     if (!found && k >= kBent) break;
-    if (found && (lamp_is_other_ || !result_.bad_fit)) break;
+    const bool for_good = attempt_.background_terms != kNothingRound;
+    if (found && (lamp_is_other_ || (for_good && !result_.bad_fit))) break;
   }
   if (!found) return result_;
 

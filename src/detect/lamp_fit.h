@@ -44,7 +44,7 @@ class LampFitter {
     Eigen::Index background_terms;
     double reach, uneven;
   };
-  static const std::array<Attempt, 6> kAttempts;
+  static std::span<const Attempt> attempts(const FrameLight& light);
 
   /// `wing_share_sigma` of the PSF goes into the flux's sigma. Throws as DiscImage does.
   explicit LampFitter(const PsfShape& psf, double wing_share_sigma = 0.0);
@@ -71,9 +71,6 @@ class LampFitter {
   using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostParameters, 1>;
   using Matrix =
       Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostParameters, kMostParameters>;
-  /// The first attempt at a background that is bent. Where it leaves something round, the lamps'
-  /// own light is at fault.
-  static constexpr int kBent = 1;
   /// Of all samples under some parameters, row by row. Without `keep` a weight is the sample's
   /// share in the information; of one that does not clip 1 / variance.
   struct Rows {

@@ -1,6 +1,7 @@
 #include "detect/lamp_fit.h"
 
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
@@ -157,15 +158,19 @@ TEST(LampFit, ScenesThatAreNotLevelBiasNothing) {
   EXPECT_LT(std::abs(bias), 0.04);
 }
 
-TEST(LampFit, LightRoundAboutALampIsNotTakenForItsOwn) {
+/// Of 40 lamps amid a round patch of lit road.
+struct AmidLitRoad {
+  int flagged = 0, covered = 0;
+};
+
+AmidLitRoad amid_lit_road(std::optional<CodingErrors> coding) {
   const LinearCamera camera;
   LampPictures pictures(kGlare, kSize_px);
   Random random(27);
   LampFitter fitter(kGlare);
   const double flux = pictures.flux(1.5, 100.0);
-  constexpr int kTrials = 40;
-  int flagged = 0, covered = 0;
-  for (int trial = 0; trial < kTrials; ++trial) {
+  AmidLitRoad found;
+  for (int trial = 0; trial < 40; ++trial) {
     const LampImage lamp =
         LampPictures::lamp(32.0 + random.uniform(), 32.0 + random.uniform(), 1.5, flux);
     std::vector<double> light = pictures.of({lamp});
@@ -175,43 +180,25 @@ TEST(LampFit, LightRoundAboutALampIsNotTakenForItsOwn) {
         light[static_cast<std::size_t>(v * kSize_px + u)] +=
             0.02 * std::exp(-0.5 * away2_px2 / (15.0 * 15.0));
       }
-    const FrameLight frame = camera.expose(light, kSize_px, random);
+    FrameLight frame = camera.expose(light, kSize_px, random);
+    frame.coding = coding;
     const LampsFit& fit = fitter.fit(frame, {{guess_of(frame, 1.2)}}, false);
-    ASSERT_EQ(fit.lamps.size(), 1U);
-    flagged += fit.bad_fit;
-    covered += std::abs(fit.lamps[0].flux - flux) < 1.96 * fit.lamps[0].flux_sigma;
+    EXPECT_EQ(fit.lamps.size(), 1U);
+    if (fit.lamps.empty()) continue;
+    found.flagged += fit.bad_fit;
+    found.covered += std::abs(fit.lamps[0].flux - flux) < 1.96 * fit.lamps[0].flux_sigma;
   }
-  EXPECT_LE(flagged, 5);   // a twentieth, and two sigmas of 40
-  EXPECT_GE(covered, 34);  // of 95 %, three sigmas below
+  return found;
 }
 
-// Where few pixels tell of a lamp the fit follows them, and where the camera has a tenth of the
-// electrons that it is taken to have, the residuals alone say how far.
-TEST(LampFit, SigmasHoldWhereFewPixelsTellAndElectronsAreNotKnown) {
-  const LinearCamera camera;
-  LampPictures pictures(kGlare, kSize_px);
-  Random random(28);
-  LampFitter fitter(kGlare);
-  const double flux = pictures.flux(0.5, 8.0);
-  constexpr int kTrials = 400;
-  int covered = 0, covered_axes = 0;
-  for (int trial = 0; trial < kTrials; ++trial) {
-    const LampImage lamp =
-        LampPictures::lamp(32.0 + random.uniform(), 32.0 + random.uniform(), 0.5, flux);
-    FrameLight frame = camera.expose(pictures.of({lamp}), kSize_px, random);
-    frame.noise.electrons *= 10.0;
-    const LampsFit& fit = fitter.fit(frame, {{guess_of(frame, 1.0)}}, false);
-    ASSERT_EQ(fit.lamps.size(), 1U);
-    covered += std::abs(fit.lamps[0].flux - flux) < 1.96 * fit.lamps[0].flux_sigma;
-    for (const int axis : {0, 1})
-      covered_axes += std::abs(fit.lamps[0].centre_px[axis] - lamp.centre_px[axis]) <
-                      1.96 * fit.lamps[0].centre_sigma_px[axis];
-  }
-  const auto least = [](int trials) {
-    return 0.94 * trials - 3.0 * std::sqrt(0.94 * 0.06 * trials);
-  };
-  EXPECT_GE(covered, least(kTrials));
-  EXPECT_GE(covered_axes, least(2 * kTrials));
+TEST(LampFit, LightRoundAboutALampIsNotTakenForItsOwn) {
+  const AmidLitRoad found = amid_lit_road({});
+  EXPECT_LE(found.flagged, 5);   // a twentieth, and two sigmas of 40
+  EXPECT_GE(found.covered, 34);  // of 95 %, three sigmas below
+}
+
+TEST(LampFit, LightRoundAboutALampThatWasCodedWithLossIsDoubted) {
+  EXPECT_EQ(amid_lit_road(CodingErrors{}).flagged, 40);
 }
 
 TEST(LampFit, RefusesWhatItCannotFit) {
