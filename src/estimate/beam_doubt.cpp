@@ -111,6 +111,7 @@ class PassLight {
       : blocks_(blocks_of(series)),
         known_(known),
         motion_(motion),
+        ahead_m_(place_at(known, motion, motion.reference_s).ahead_m),
         background_std_w_(series.background_std_w) {}
 
   std::size_t blocks() const { return blocks_.time_s.size(); }
@@ -159,7 +160,7 @@ class PassLight {
   PassMotion motion_of(const Eigen::VectorXd& z) const {
     PassMotion motion = motion_;
     motion.speed_mps *= std::exp(z[kLogSpeed]);
-    motion.along_m *= std::exp(z[kLogAlong]);
+    motion.along_m += ahead_m_ * std::expm1(z[kLogAlong]);
     motion.acceleration_mps2 = std::sqrt(kAccelerationVariance_m2ps4) * z[kSpeedingUp];
     return motion;
   }
@@ -199,6 +200,7 @@ class PassLight {
   Blocks blocks_;
   const PowerCase& known_;
   PassMotion motion_;
+  double ahead_m_;  ///< of the receiver, at the reference
   double background_std_w_;
 };
 
