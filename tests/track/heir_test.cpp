@@ -2,40 +2,18 @@
 
 #include <gtest/gtest.h>
 
-#include "optics/camera.h"
-#include "scene.h"
+#include "one_car.h"
 
 namespace vildar {
 namespace {
 
 constexpr std::int64_t kSplit = 30;  // frame in which one blob becomes two
 
-// A car 1.2 m wide that comes nearer by half a metre a frame, and a light to the right of it.
-struct Road {
-  Site site = scene::site_of(5.0, -4.0, 1400.0, 1920, 1080);
-  RoadView view{site};
-  Camera camera{*site.camera};
-
-  // At y_m up to kSplit, then at later_m.
+// The mast, and a light whose place across changes in the frame of the split.
+struct Road : scene::OneCar {
   Lamp lamp(std::int64_t first, std::int64_t last, double y_m, double later_m) const {
-    std::optional<Lamp> made;
-    for (std::int64_t frame = first; frame <= last; ++frame) {
-      Blob blob;
-      blob.centre_px = *camera.project(
-          {70.0 - 0.5 * static_cast<double>(frame), frame < kSplit ? y_m : later_m, 0.68});
-      blob.flux = 100.0;
-      blob.kind = LampKind::headlamp;
-      const Spot spot{&blob, *view.spot_from_pixel(blob.centre_px), 0.5, blob.centre_px,
-                      blob.centre_sigma_px};
-      const auto time = time_from_seconds<CameraTime>(0.04 * static_cast<double>(frame));
-      if (!made) {
-        made.emplace(spot, view.place(spot.at_px), frame, time, view);
-      } else {
-        made->predict(0.04, view);
-        made->update(spot, frame, time);
-      }
-    }
-    return *made;
+    return OneCar::lamp(first, last,
+                        [=](std::int64_t frame) { return frame < kSplit ? y_m : later_m; });
   }
 };
 

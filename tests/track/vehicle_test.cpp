@@ -2,40 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include "optics/camera.h"
-#include "scene.h"
+#include "one_car.h"
 
 namespace vildar {
 namespace {
 
-struct Road {
-  Site site = scene::site_of(5.0, -4.0, 1400.0, 1920, 1080);
-  RoadView view{site};
-  Camera camera{*site.camera};
-
-  Spot spot(Blob& blob, std::int64_t frame, double y_m) const {
-    blob.centre_px = *camera.project({70.0 - 0.5 * static_cast<double>(frame), y_m, 0.68});
-    blob.flux = 100.0;
-    blob.kind = LampKind::headlamp;
-    return {&blob, *view.spot_from_pixel(blob.centre_px), 0.5, blob.centre_px,
-            blob.centre_sigma_px};
-  }
-
-  Lamp lamp(std::int64_t from, std::int64_t to, double y_m) const {
-    Blob blob;
-    const Spot first = spot(blob, from, y_m);
-    Lamp made(first, view.place(first.at_px), from, time_at(from), view);
-    for (std::int64_t frame = from + 1; frame <= to; ++frame) {
-      made.predict(0.04, view);
-      made.update(spot(blob, frame, y_m), frame, time_at(frame));
-    }
-    return made;
-  }
-
-  static CameraTime time_at(std::int64_t frame) {
-    return time_from_seconds<CameraTime>(0.04 * static_cast<double>(frame));
-  }
-};
+using Road = scene::OneCar;
 
 // The lamp that took the place of a lost one had been followed before as a light of its own.
 TEST(JudgeVehicle, OneSightingPerFrameInOrderThoughASideChangedItsLamp) {
