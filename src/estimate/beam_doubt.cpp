@@ -6,6 +6,7 @@
 #include <Eigen/Cholesky>
 
 #include "estimate/joint_cost.h"
+#include "estimate/series_blocks.h"
 #include "estimate/solve.h"
 #include "estimate/wander.h"
 #include "optics/road.h"
@@ -14,6 +15,7 @@ namespace vildar {
 namespace {
 
 constexpr std::size_t kWaves = kBeamWaves;
+constexpr double kBlock_s = 0.020;
 
 struct Place {
   double ahead_m = 0.0, apart_m = 0.0;  ///< of the receiver: along the road, and across and below
@@ -55,10 +57,6 @@ std::vector<std::array<double, kWaves>> waves_of(const PowerCase& known, const P
   return waves;
 }
 
-struct Blocks {
-  std::vector<double> time_s, power_w, sigma_w;
-};
-
 // Noise from third differences, which the rise of the light hardly enters.
 double noise_w(const PowerSeries& series) {
   double sum_w2 = 0.0;
@@ -66,26 +64,6 @@ double noise_w(const PowerSeries& series) {
   for (std::size_t i = 3; i < p.size(); ++i)
     sum_w2 += std::pow(p[i] - 3.0 * p[i - 1] + 3.0 * p[i - 2] - p[i - 3], 2) / 20.0;
   return std::sqrt(sum_w2 / static_cast<double>(p.size() - 3));
-}
-
-Blocks blocks_of(const PowerSeries& series) {
-  constexpr double kBlock_s = 0.020, kUnmodelled = 0.01;
-  const double sample_w = noise_w(series);
-  Blocks blocks;
-  for (std::size_t first = 0, last = 0; first < series.time_s.size(); first = last) {
-    double time_s = 0.0, power_w = 0.0;
-    for (; last < series.time_s.size() && series.time_s[last] < series.time_s[first] + kBlock_s;
-         ++last) {
-      time_s += series.time_s[last];
-      power_w += series.power_w[last];
-    }
-    const auto count = static_cast<double>(last - first);
-    blocks.time_s.push_back(time_s / count);
-    blocks.power_w.push_back(power_w / count);
-    blocks.sigma_w.push_back(
-        std::hypot(sample_w / std::sqrt(count), kUnmodelled * power_w / count));
-  }
-  return blocks;
 }
 
 // All that shapes the light of one pass. Unknowns but ln of the speed's and the distance's change
@@ -108,7 +86,7 @@ constexpr int kPriors = kUnknowns - kSpeedingUp;
 class PassLight {
  public:
   PassLight(const PowerSeries& series, const PowerCase& known, const PassMotion& motion)
-      : blocks_(blocks_of(series)),
+      : blocks_(series_blocks(series, kBlock_s, noise_w(series))),
         known_(known),
         motion_(motion),
         ahead_m_(place_at(known, motion, motion.reference_s).ahead_m),
@@ -197,7 +175,7 @@ class PassLight {
     return light_w;
   }
 
-  Blocks blocks_;
+  SeriesBlocks blocks_;
   const PowerCase& known_;
   PassMotion motion_;
   double ahead_m_;  ///< of the receiver, at the reference

@@ -5,41 +5,22 @@
 
 #include "estimate/beam_doubt.h"
 #include "estimate/power_estimators.h"
+#include "estimate/series_blocks.h"
 #include "optics/road.h"
 
 namespace vildar {
 namespace {
 
-constexpr double kBlock_s = 0.010;
-constexpr double kUnmodelled = 0.01;
-
-struct Blocks {
-  std::vector<double> time_s, power_w, sigma_w;
-};
-
-Blocks blocks_of(const PowerSeries& series) {
+SeriesBlocks blocks_of(const PowerSeries& series) {
+  constexpr double kBlock_s = 0.010;
   double squares_w2 = 0.0;
   const std::size_t n = series.time_s.size();
   for (std::size_t i = 1; i < n; ++i)
     squares_w2 += 0.5 * std::pow(series.power_w[i] - series.power_w[i - 1], 2);
-  const double noise_w = std::sqrt(squares_w2 / static_cast<double>(n - 1));
-  Blocks blocks;
-  for (std::size_t first = 0, last = 0; first < n; first = last) {
-    double time_s = 0.0, power_w = 0.0;
-    for (; last < n && series.time_s[last] < series.time_s[first] + kBlock_s; ++last) {
-      time_s += series.time_s[last];
-      power_w += series.power_w[last];
-    }
-    const auto count = static_cast<double>(last - first);
-    blocks.time_s.push_back(time_s / count);
-    blocks.power_w.push_back(power_w / count);
-    blocks.sigma_w.push_back(
-        std::hypot(noise_w / std::sqrt(count), kUnmodelled * std::abs(power_w / count)));
-  }
-  return blocks;
+  return series_blocks(series, kBlock_s, std::sqrt(squares_w2 / static_cast<double>(n - 1)));
 }
 
-PowerProblem problem_of(const Blocks& blocks, const PowerCase& known) {
+PowerProblem problem_of(const SeriesBlocks& blocks, const PowerCase& known) {
   PowerProblem problem{blocks.time_s, blocks.power_w, blocks.sigma_w, {}, nothing_known(), 0.0};
   problem.reference_s = 0.5 * (blocks.time_s.front() + blocks.time_s.back());
   problem.setting.cosine_exponent = known.law.cosine_exponent;
@@ -75,9 +56,9 @@ struct Lifted {
   PassMotion motion;
 };
 
-std::variant<Lifted, Miss> fit_lifted(const Blocks& blocks, const PowerCase& known, double lift,
-                                      double background_std_w) {
-  Blocks lifted = blocks;
+std::variant<Lifted, Miss> fit_lifted(const SeriesBlocks& blocks, const PowerCase& known,
+                                      double lift, double background_std_w) {
+  SeriesBlocks lifted = blocks;
   for (double& power_w : lifted.power_w) power_w -= lift * background_std_w;
   const PowerProblem problem = problem_of(lifted, known);
   const auto outcome = estimate_max_likelihood(problem);
@@ -109,7 +90,7 @@ const Lifted& likeliest(const std::vector<Lifted>& fits) {
 
 // The background is one more unknown with a prior, and the speed can have two modes in it: the
 // posterior is summed over a grid, a coarse one first and a fine one where that has weight.
-std::variant<std::vector<Lifted>, Miss> fits_over_background(const Blocks& blocks,
+std::variant<std::vector<Lifted>, Miss> fits_over_background(const SeriesBlocks& blocks,
                                                              const PowerCase& known,
                                                              double background_std_w) {
   constexpr double kWidest = 3.0, kCoarse = 0.5, kNegligible = 25.0;  // the last of chi-square
@@ -166,7 +147,7 @@ Outcome<PowerSpeed> ml_speed(const PowerSeries& series, const PowerCase& known) 
   constexpr double kWorstChi2 = 4.0;
   constexpr double kMostPriorChi2 = 16.0;  // of four priors: three passes in a thousand
   constexpr double kTwoSided95 = 1.959963984540054;
-  const Blocks blocks = blocks_of(series);
+  const SeriesBlocks blocks = blocks_of(series);
   const auto outcome = fits_over_background(blocks, known, series.background_std_w);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   const auto& fits = std::get<std::vector<Lifted>>(outcome);

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <vector>
+
+#include "estimate/power_method.h"
+
+namespace vildar {
+
+/// Means of a series over consecutive stretches, and their standard deviations.
+struct SeriesBlocks {
+  std::vector<double> time_s, power_w, sigma_w;
+};
+
+/// Stretches of `block_s`. Sigma: white noise of `sample_std_w`, and one percent of the light for
+/// what pitching does that no model here knows.
+SeriesBlocks series_blocks(const PowerSeries& series, double block_s, double sample_std_w);
+
+}  // namespace vildar
