@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimate/light_edges.h"
 #include "estimate/power_blocks.h"
 
 namespace vildar {
@@ -117,6 +118,8 @@ Outcome<DelaySide> side_of(const PowerTrace& trace, const Site& site, double fro
   if (to_peak) side.blocks.erase(peak, side.blocks.end());
   if (side.blocks.empty()) return Miss::too_few_samples;
   set_sigmas(trace, offset_s, side.blocks);
+  keep_between_edges(side.blocks, trace.ambient_w);
+  if (side.blocks.empty()) return Miss::too_few_samples;
   return side;
 }
 

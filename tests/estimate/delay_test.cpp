@@ -46,31 +46,53 @@ TEST(Delay, SpeedAndAccelerationNeedNothingButTheBaseline) {
   }
 }
 
-// Lamps vanish from the photodiode's view at full light, and the light is cut from that of another
-// before: neither edge is noise.
+// Light that grows until the lamps vanish from the photodiode's view at full light.
+Pair vanishing(double speed_mps, double ahead_m, double edge_m, double noise_w, Random& random) {
+  constexpr double kPeriod_s = 1e-3, kAside2_m2 = 27.0;
+  Pair pair;
+  for (PowerTrace* trace : {&pair.near, &pair.far}) {
+    const bool far = trace == &pair.far;
+    trace->photodiode = far ? 1 : 0;
+    trace->sample_period_s = kPeriod_s;
+    trace->noise_sigma_w = noise_w;
+    trace->ambient_sigma_w = 0.1 * noise_w;
+    for (double t_s = 0.0; t_s < ahead_m / speed_mps; t_s += kPeriod_s) {
+      const double to_go_m = ahead_m - (far ? 2.0 : 0.0) - speed_mps * t_s;
+      const double light_w = to_go_m > edge_m ? 100.0 / (to_go_m * to_go_m + kAside2_m2) : 0.0;
+      trace->time_s.push_back(t_s);
+      trace->power_w.push_back(static_cast<float>(light_w + noise_w * random.normal()));
+    }
+  }
+  return pair;
+}
+
 TEST(Delay, AnEdgeIsNoNoise) {
   constexpr double kScatter = 0.15;  // of a variance from some hundred samples, over two
   constexpr double kNoise_w = 1e-3, kBlock_samples = 10.0;
   const Site site = simulated::two_photodiodes(2.0);
   Random random(5);
-  std::array<PowerTrace, 2> traces;
-  for (int k = 0; k < 2; ++k) {
-    PowerTrace& trace = traces[static_cast<std::size_t>(k)];
-    trace.photodiode = k;
-    trace.sample_period_s = 1e-3;
-    trace.noise_sigma_w = kNoise_w;
-    trace.ambient_sigma_w = 0.1 * kNoise_w;
-    for (double t_s = 0.0; t_s < 1.6; t_s += 1e-3) {
-      const double ahead_m = 30.0 - 2.0 * k - 20.0 * t_s;
-      const double light_w = ahead_m > 0.0 ? 100.0 / (ahead_m * ahead_m + 27.0) : 0.0;
-      trace.time_s.push_back(t_s);
-      trace.power_w.push_back(static_cast<float>(light_w + kNoise_w * random.normal()));
-    }
-  }
-  const auto problem = delay_problem(site, traces[0], traces[1], 0.0, 1.6, false);
+  const Pair pair = vanishing(20.0, 32.0, 2.0, kNoise_w, random);
+  const auto problem = delay_problem(site, pair.near, pair.far, 0.0, 1.6, false);
   ASSERT_TRUE(std::holds_alternative<DelayProblem>(problem));
   for (const PowerBlock& block : std::get<DelayProblem>(problem).near.blocks)
     EXPECT_NEAR(block.sigma_w * std::sqrt(kBlock_samples) / kNoise_w, 1.0, kScatter);
+}
+
+// Wherever in a block it falls: a curve that bends to each side's means about the edge would tell
+// their delay to microseconds, and be wrong by milliseconds.
+TEST(Delay, AnEdgeTellsNoDelay) {
+  constexpr int kTrials = 60;
+  constexpr double kNoise_w = 3e-3;
+  const Site site = simulated::two_photodiodes(2.0);
+  Random random(11);
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const double speed_mps = random.uniform(8.0, 35.0), edge_m = random.uniform(2.0, 5.0);
+    const Pair pair = vanishing(speed_mps, 50.0, edge_m, kNoise_w, random);
+    const auto outcome = pair.speed(site);
+    ASSERT_TRUE(std::holds_alternative<DelayFit>(outcome)) << trial;
+    const auto& speed = std::get<DelayFit>(outcome).speed;
+    EXPECT_LT(std::abs(speed.speed_mps - speed_mps), 4.0 * speed.std_mps) << trial;
+  }
 }
 
 TEST(Delay, ABrakingThatBeginsInViewDoesNotBendTheSpeed) {

@@ -1,0 +1,51 @@
+#include "estimate/light_edges.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vildar {
+namespace {
+
+// Blocks over which a change is told from those before and after it.
+constexpr std::ptrdiff_t kReach = 2;
+
+// Whether the light changes between a block and the second after it as no curve does that is wider
+// than a block.
+bool is_edge(const std::vector<PowerBlock>& blocks, std::ptrdiff_t from) {
+  constexpr double kSteeper = 2.5, kClearSigmas = 10.0;
+  const auto last = static_cast<std::ptrdiff_t>(blocks.size()) - 1;
+  const auto at = [&](std::ptrdiff_t i) -> const PowerBlock& {
+    return blocks[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i, 0, last))];
+  };
+  const PowerBlock &before = at(from), &after = at(from + kReach);
+  const double change_w = std::abs(after.power_w - before.power_w);
+  const double around_w = std::abs(before.power_w - at(from - kReach).power_w) +
+                          std::abs(at(from + 2 * kReach).power_w - after.power_w);
+  return change_w > kSteeper * around_w + kClearSigmas * std::hypot(before.sigma_w, after.sigma_w);
+}
+
+}  // namespace
+
+void keep_between_edges(std::vector<PowerBlock>& blocks, double ambient_w) {
+  std::vector<bool> touched(blocks.size(), false);
+  for (std::ptrdiff_t i = 0; i + kReach < static_cast<std::ptrdiff_t>(blocks.size()); ++i)
+    if (is_edge(blocks, i)) std::fill_n(touched.begin() + i, kReach + 1, true);
+  std::size_t best_first = 0, best_last = 0;
+  double most_w = 0.0;
+  for (std::size_t first = 0; first < blocks.size();) {
+    std::size_t last = first;
+    double light_w = 0.0;
+    for (; last < blocks.size() && !touched[last]; ++last)
+      light_w += blocks[last].power_w - ambient_w;
+    if (light_w > most_w) {
+      most_w = light_w;
+      best_first = first;
+      best_last = last;
+    }
+    first = last + 1;
+  }
+  blocks.erase(blocks.begin() + static_cast<std::ptrdiff_t>(best_last), blocks.end());
+  blocks.erase(blocks.begin(), blocks.begin() + static_cast<std::ptrdiff_t>(best_first));
+}
+
+}  // namespace vildar

@@ -1,0 +1,64 @@
+#include "estimate/light_edges.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "core/random.h"
+
+namespace vildar {
+namespace {
+
+constexpr double kBlock_s = 0.01, kSigma_w = 1e-3, kAmbient_w = 0.2;
+
+// `light_w` by block, some noise.
+template <typename Light>
+std::vector<PowerBlock> blocks_of(int count, Light light_w) {
+  Random random(3);
+  std::vector<PowerBlock> blocks;
+  for (int i = 0; i < count; ++i) {
+    PowerBlock block;
+    block.time_s = i * kBlock_s;
+    block.duration_s = kBlock_s;
+    block.power_w = kAmbient_w + light_w(i) + kSigma_w * random.normal();
+    block.sigma_w = kSigma_w;
+    blocks.push_back(block);
+  }
+  return blocks;
+}
+
+// A hyperbola of the scale that the closest and fastest vehicles have.
+TEST(LightEdges, ASmoothPulseStaysWhole) {
+  for (const double scale_blocks : {3.0, 8.0, 40.0}) {
+    auto blocks = blocks_of(
+        200, [&](int i) { return 1.0 / (1.0 + std::pow((i - 120.3) / scale_blocks, 2)); });
+    keep_between_edges(blocks, kAmbient_w);
+    EXPECT_EQ(blocks.size(), 200u) << scale_blocks;
+  }
+}
+
+TEST(LightEdges, LightIsKeptUpToWhereItVanishes) {
+  constexpr int kLit = 120;
+  for (const double share : {0.0, 0.3, 0.8, 1.0}) {  // of the block in which it vanishes
+    auto blocks = blocks_of(200, [&](int i) {
+      const double light_w = std::pow((i + 10.0) / kLit, 2);
+      return i < kLit ? light_w : i == kLit ? share * light_w : 0.0;
+    });
+    keep_between_edges(blocks, kAmbient_w);
+    ASSERT_FALSE(blocks.empty());
+    EXPECT_EQ(blocks.front().time_s, 0.0);
+    EXPECT_LE(blocks.back().time_s, (kLit - 1) * kBlock_s) << share;
+    EXPECT_GE(blocks.back().time_s, (kLit - 4) * kBlock_s) << share;
+  }
+}
+
+TEST(LightEdges, OfLightThatAMaskLetsInAndOutTheBrightestStretchIsKept) {
+  auto blocks = blocks_of(200, [](int i) { return i < 50 ? 0.02 : i < 150 ? 0.5 : 0.1; });
+  keep_between_edges(blocks, kAmbient_w);
+  ASSERT_FALSE(blocks.empty());
+  EXPECT_NEAR(blocks.front().time_s, 50 * kBlock_s, 2.5 * kBlock_s);
+  EXPECT_NEAR(blocks.back().time_s, 149 * kBlock_s, 2.5 * kBlock_s);
+}
+
+}  // namespace
+}  // namespace vildar
