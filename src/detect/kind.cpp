@@ -21,27 +21,37 @@ constexpr double kMostElongation = 3.0;
 }  // namespace
 
 RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, int clip_code) {
-  RimColour rim;
-  if (!frame.chroma.present()) return rim;
+  const ChromaView& chroma = frame.chroma;
+  if (!chroma.present()) return {};
   const LumaView& luma = frame.luma;
+  const bool deep = chroma.bit_depth > 8;
+  const int step_bytes = chroma.step_bytes * (deep ? 2 : 1);
   const int u_from = std::max(box.u_min - 2, 0), u_to = std::min(box.u_max + 2, luma.width_px - 1);
   const int v_from = std::max(box.v_min - 2, 0), v_to = std::min(box.v_max + 2, luma.height_px - 1);
-  int n = 0;
+  std::int64_t n = 0, cr_codes = 0, cb_codes = 0;
   for (int v = v_from; v <= v_to; ++v) {
     const PixelRun row{v, u_from, u_to + 1};
     if (brightest_of(luma, row) < level_code) continue;
+    const std::ptrdiff_t row_bytes = (v >> chroma.shift_v) * chroma.stride_bytes;
     for_each_code(luma, row, [&](int u, int code) {
       if (code < level_code || code >= clip_code) return;
-      rim.cr += frame.chroma.cr_fraction(u, v);
-      rim.cb += frame.chroma.cb_fraction(u, v);
+      const std::ptrdiff_t at = row_bytes + (u >> chroma.shift_u) * step_bytes;
+      cr_codes += chroma.cr[at];
+      cb_codes += chroma.cb[at];
+      if (deep) {
+        cr_codes += chroma.cr[at + 1] << 8;
+        cb_codes += chroma.cb[at + 1] << 8;
+      }
       ++n;
     });
   }
-  if (n == 0) return RimColour{};
-  rim.known = true;
-  rim.cr /= n;
-  rim.cb /= n;
-  return rim;
+  if (n == 0) return {};
+  const double scale = 1 << chroma.bit_depth;
+  const auto mean_fraction = [&](std::int64_t codes) {
+    return static_cast<double>(2 * codes - (n << chroma.bit_depth)) / (2.0 * scale) /
+           static_cast<double>(n);
+  };
+  return {true, mean_fraction(cr_codes), mean_fraction(cb_codes)};
 }
 
 bool like_a_lamp(const Peak& peak, const Measured& light, double peak_linear) {

@@ -111,7 +111,7 @@ int ClipMeter::update(const LumaView& luma, const std::vector<PixelRun>& bright)
     lowest_code_ = nominal_code;
   }
   for (const PixelRun& run : bright) {
-    if (brightest_of(luma, run) < nominal_code) continue;
+    if (run.most_code < nominal_code) continue;
     for_each_code(luma, run, [&](int, int code) {
       if (code >= nominal_code && code - nominal_code < static_cast<int>(size))
         ++counts_[code - nominal_code];

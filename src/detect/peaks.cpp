@@ -122,21 +122,27 @@ void PeakFinder::sort_by_height() {
   for (int node = 0; node < n; ++node) order_[place_[most - nodes_[node].height]++] = node;
 }
 
+/// The least code, from the threshold to that of the plateau, that no more than kMostPixels reach.
 int PeakFinder::floor_code(const LumaView& luma, std::span<const int> run_indices,
                            const std::vector<PixelRun>& runs, int threshold_code,
                            const PeakRules& rules) {
-  int left = 0;
-  for (const int index : run_indices) left += runs[index].u_end - runs[index].u_begin;
-  if (left <= kMostPixels) return threshold_code;
-  histogram_.assign(std::size_t{1} << luma.bit_depth, {});
-  for (const int index : run_indices)
-    for_each_code(luma, runs[index], [&](int u, int code) {
-      ++histogram_[code][static_cast<std::size_t>(u) % kCounters];
-    });
-  const int plateau_code = rules.clip_code - rules.least_valley_codes / 2;
-  int floor = threshold_code;
-  for (; left > kMostPixels && floor < plateau_code; ++floor)
-    left -= std::reduce(histogram_[floor].begin(), histogram_[floor].end());
+  int pixels = 0;
+  for (const int index : run_indices) pixels += runs[index].u_end - runs[index].u_begin;
+  const auto too_many_reach = [&](int code) {
+    int count = 0;
+    for (const int index : run_indices) {
+      if (runs[index].most_code < code) continue;
+      count += count_from(luma, runs[index], code);
+      if (count > kMostPixels) return true;
+    }
+    return false;
+  };
+  int below = threshold_code, floor = rules.clip_code - rules.least_valley_codes / 2;
+  if (pixels <= kMostPixels || below >= floor) return threshold_code;
+  while (floor - below > 1) {
+    const int middle = std::midpoint(below, floor);
+    (too_many_reach(middle) ? below : floor) = middle;
+  }
   return floor;
 }
 
@@ -161,7 +167,7 @@ void PeakFinder::load(const LumaView& luma, std::span<const int> run_indices,
   const int plateau_code = rules.clip_code - rules.least_valley_codes / 2;
   for (const int index : run_indices) {
     const PixelRun& run = runs[index];
-    if (brightest_of(luma, run) < floor_code) continue;
+    if (run.most_code < floor_code) continue;
     const int row = (run.v - box.v_min + 1) * grid_width_ - box.u_min + 1;
     for_each_code(luma, run, [&](int u, int code) {
       if (code < floor_code) return;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -100,9 +99,6 @@ class PeakFinder {
   /// have one.
   std::vector<int> grid_;
   int grid_width_ = 0;
-  /// Neighbours are often of one code: with several counters the one waits less for the other.
-  static constexpr std::size_t kCounters = 4;
-  std::vector<std::array<int, kCounters>> histogram_;  // pixels of the area by code
 };
 
 }  // namespace vildar

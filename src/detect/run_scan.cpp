@@ -139,6 +139,7 @@ void find_runs(const LumaView& luma, int threshold_code, std::vector<PixelRun>& 
   const int deepest_code = luma.bytes_per_sample() == 1 ? 255 : 65535;
   if (threshold_code > deepest_code) return;
   HWY_DYNAMIC_DISPATCH(find_runs_here)(luma, std::max(threshold_code, 1), runs);
+  for (PixelRun& run : runs) run.most_code = brightest_of(luma, run);
 }
 
 void group_runs(const std::vector<PixelRun>& runs, RunGroups& groups) {
@@ -148,22 +149,25 @@ void group_runs(const std::vector<PixelRun>& runs, RunGroups& groups) {
   int above = 0;      // first run that may touch the current one
   int row_start = 0;  // first run of the current row
   for (int i = 0; i < n; ++i) {
-    parent[i] = i;
     if (i > 0 && runs[i].v != runs[i - 1].v) {
       above = runs[i - 1].v == runs[i].v - 1 ? row_start : i;
       row_start = i;
     }
     while (above < row_start && runs[above].u_end < runs[i].u_begin) ++above;
+    int mine = parent[i] = i;
     for (int j = above; j < row_start && runs[j].u_begin <= runs[i].u_end; ++j) {
-      const int a = root_of(parent, i), b = root_of(parent, j);
-      parent[std::max(a, b)] = std::min(a, b);
+      const int theirs = root_of(parent, j);
+      parent[std::max(mine, theirs)] = std::min(mine, theirs);
+      mine = std::min(mine, theirs);
     }
   }
+  // No parent comes after its child: once through, and each has its root.
+  for (int& one : parent) one = parent[one];
   // The root is the group's first run, so groups number themselves in reading order.
   groups.slot_.assign(runs.size(), 0);
   groups.first.assign(1, 0);
   for (int i = 0; i < n; ++i) {
-    const int root = root_of(parent, i);
+    const int root = parent[i];
     if (root == i) {
       groups.slot_[i] = static_cast<int>(groups.first.size()) - 1;
       groups.first.push_back(0);
@@ -173,7 +177,7 @@ void group_runs(const std::vector<PixelRun>& runs, RunGroups& groups) {
   for (std::size_t g = 1; g < groups.first.size(); ++g) groups.first[g] += groups.first[g - 1];
   groups.order.resize(runs.size());
   for (int i = n - 1; i >= 0; --i) {
-    const int group = groups.slot_[parent[i] == i ? i : root_of(parent, i)];
+    const int group = groups.slot_[parent[i]];
     groups.order[--groups.first[group + 1]] = i;
   }
   for (std::size_t g = 1; g + 1 < groups.first.size(); ++g) groups.first[g] = groups.first[g + 1];

@@ -13,6 +13,7 @@ struct PixelRun {
   int v = 0;
   int u_begin = 0;
   int u_end = 0;
+  int most_code = 0;  ///< greatest of them, as find_runs() knows it
 };
 
 /// Calls `use(u, code)` for each pixel of a run.
@@ -37,6 +38,25 @@ inline int brightest_of(const LumaView& luma, const PixelRun& run) {
     for_each_code(luma, run, [&](int, int code) { most = std::max(most, code); });
   }
   return most;
+}
+
+/// How many pixels of a run have at least this code.
+inline int count_from(const LumaView& luma, const PixelRun& run, int code) {
+  int count = 0;
+  if (luma.bytes_per_sample() == 1) {
+    constexpr int kPart_px = 255;  // as narrow as the samples: many at a time
+    const std::uint8_t* row = luma.row(run.v);
+    const auto least = static_cast<std::uint8_t>(code);
+    for (int u = run.u_begin; u < run.u_end;) {
+      std::uint8_t part = 0;
+      for (const int end = std::min(u + kPart_px, run.u_end); u < end; ++u)
+        part = static_cast<std::uint8_t>(part + (row[u] >= least));
+      count += part;
+    }
+  } else {
+    for_each_code(luma, run, [&](int, int here) { count += here >= code; });
+  }
+  return count;
 }
 
 /// Replaces `runs` by all runs of the plane with code >= threshold_code, in reading order.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <vector>
 
@@ -71,8 +72,14 @@ void expect_same_as_flood_fill(const LumaView& luma, int threshold) {
     for (int i = groups.first[g]; i < groups.first[g + 1]; ++i) {
       const PixelRun& run = runs[groups.order[i]];
       ASSERT_LT(run.u_begin, run.u_end);
-      for (int u = run.u_begin; u < run.u_end; ++u)
+      int most_code = 0, as_bright_or_brighter = 0;
+      for (int u = run.u_begin; u < run.u_end; ++u) {
         ours[run.v * luma.width_px + u] = static_cast<int>(g);
+        most_code = std::max(most_code, luma.code(u, run.v));
+        as_bright_or_brighter += luma.code(u, run.v) >= threshold + 1;
+      }
+      EXPECT_EQ(run.most_code, most_code);
+      EXPECT_EQ(count_from(luma, run, threshold + 1), as_bright_or_brighter);
     }
   EXPECT_EQ(ours, truth);
 }
@@ -82,7 +89,7 @@ class RunScan : public testing::TestWithParam<int> {};  // bit depth
 TEST_P(RunScan, MatchesFloodFillOnRandomPlanes) {
   const int bit_depth = GetParam();
   Random random(11);
-  for (const int width_px : {1, 2, 15, 63, 64, 65, 127, 128, 129, 191, 200, 333}) {
+  for (const int width_px : {1, 2, 15, 63, 64, 65, 127, 128, 129, 191, 200, 333, 700}) {
     for (const double density : {0.005, 0.2, 0.45, 0.95}) {
       Plane plane(width_px, 23, bit_depth, 2 * (width_px % 3));
       const int full = (1 << bit_depth) - 1, threshold = full / 3;

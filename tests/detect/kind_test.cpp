@@ -1,0 +1,55 @@
+#include "detect/kind.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "core/random.h"
+
+namespace vildar {
+namespace {
+
+// Chroma of either depth, planar or interleaved, against the mean of its fractions pixel by pixel.
+TEST(RimColour, IsTheMeanOfTheRimsPixels) {
+  constexpr int kWidth = 40, kHeight = 30, kLevel = 60, kClip = 200;
+  constexpr double kRounding = 1e-15;
+  Random random(8);
+  for (const int chroma_bits : {8, 10})
+    for (const int step : {1, 2}) {
+      std::vector<std::uint8_t> luma(kWidth * kHeight);
+      for (std::uint8_t& code : luma) code = static_cast<std::uint8_t>(random.uniform(0.0, 255.0));
+      const int bytes = chroma_bits > 8 ? 2 : 1;
+      std::vector<std::uint8_t> cb(kWidth * kHeight), cr(cb.size());
+      for (std::size_t i = 0; i < cb.size(); ++i) {
+        const double most = bytes == 2 && i % 2 == 1 ? 4.0 : 256.0;  // of a high byte
+        cb[i] = static_cast<std::uint8_t>(random.uniform(0.0, most));
+        cr[i] = static_cast<std::uint8_t>(random.uniform(0.0, most));
+      }
+      Frame frame;
+      frame.luma.data = luma.data();
+      frame.luma.stride_bytes = frame.luma.width_px = kWidth;
+      frame.luma.height_px = kHeight;
+      frame.chroma.cb = cb.data();
+      frame.chroma.cr = cr.data();
+      frame.chroma.bit_depth = chroma_bits;
+      frame.chroma.step_bytes = step;
+      frame.chroma.stride_bytes = kWidth / 2 * step * bytes;
+      double sum_cr = 0.0, sum_cb = 0.0;
+      int n = 0;
+      for (int v = 3; v <= 22; ++v)
+        for (int u = 8; u <= 32; ++u) {
+          const int code = frame.luma.code(u, v);
+          if (code < kLevel || code >= kClip) continue;
+          sum_cr += frame.chroma.cr_fraction(u, v);
+          sum_cb += frame.chroma.cb_fraction(u, v);
+          ++n;
+        }
+      const RimColour rim = rim_colour(frame, {10, 5, 30, 20}, kLevel, kClip);
+      EXPECT_TRUE(rim.known);
+      EXPECT_NEAR(rim.cr, sum_cr / n, kRounding);
+      EXPECT_NEAR(rim.cb, sum_cb / n, kRounding);
+    }
+}
+
+}  // namespace
+}  // namespace vildar
