@@ -71,8 +71,7 @@ double LampFitter::rim_flux(double rim_px, double radius_px, double clip_light) 
 
 void LampFitter::Rows::resize(std::size_t lamp_count, std::size_t samples) {
   lamps.resize(lamp_count);
-  backdrop.assign(samples, 0.0F);
-  for (std::vector<float>* one : {&expected, &residual, &weight, &pull, &noise_share})
+  for (std::vector<float>* one : {&expected, &backdrop, &residual, &weight, &pull, &noise_share})
     one->resize(samples);
 }
 
@@ -193,15 +192,14 @@ LampFitter::Sum LampFitter::add_up(const FrameLight& light) {
   factor_.clear();
   for (Eigen::Index i = base(images_.size()); i < size(); ++i)
     factor_.push_back(static_cast<float>(parameters_[i]));
-  add_rows(std::span(rows_).last(terms), factor_, trial_.backdrop);
-  trial_.expected = samples_.others;
-  std::vector<PixelRow> shares{trial_.backdrop};
+  set_rows(std::span(rows_).last(terms), factor_, {}, trial_.backdrop);
+  shares_.assign(1, trial_.backdrop);
   factor_.assign(1, 1.0F);
   for (std::size_t i = 0; i < images_.size(); ++i) {
-    shares.emplace_back(trial_.lamps[i].share);
+    shares_.emplace_back(trial_.lamps[i].share);
     factor_.push_back(static_cast<float>(scale_[base(i)]));
   }
-  add_rows(shares, factor_, trial_.expected);
+  set_rows(shares_, factor_, samples_.others, trial_.expected);
 
   const auto row = [&](const std::vector<float>& all) { return PixelRow(all).first(clear); };
   const auto out = [&](std::vector<float>& all) { return std::span(all).first(clear); };
@@ -270,17 +268,12 @@ void LampFitter::judge(std::span<const LampGuess> guesses) {
 // triangular root of the covariance, the sum of squares of each of its rows times the pixel's.
 void LampFitter::find_leverage(const Matrix& covariance) {
   const Matrix root = covariance.llt().matrixU();
-  const auto count = static_cast<Eigen::Index>(samples_.size());
-  leverage_.assign(samples_.size(), 0.0F);
-  for (Eigen::Index i = 0; i < size(); ++i) {
-    factor_.clear();
+  factor_.clear();
+  for (Eigen::Index i = 0; i < size(); ++i)
     for (Eigen::Index j = i; j < size(); ++j)
       factor_.push_back(static_cast<float>(root(i, j) * scale_[j]));
-    along_.assign(samples_.size(), 0.0F);
-    add_rows(std::span(rows_).subspan(static_cast<std::size_t>(i)), factor_, along_);
-    Eigen::Map<Eigen::ArrayXf>(leverage_.data(), count) +=
-        Eigen::Map<const Eigen::ArrayXf>(along_.data(), count).square();
-  }
+  leverage_.resize(samples_.clear);
+  set_forms(rows_, factor_, leverage_);
 }
 
 // Of the information, and of what the residuals themselves say of their variance (Huber 1967): the

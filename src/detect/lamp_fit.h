@@ -127,7 +127,8 @@ class LampFitter {
   std::vector<std::span<const float>> rows_;  // one of each parameter, over `scale_`
   Vector scale_;
   std::vector<double> sums_;
-  std::vector<float> factor_, lights_, along_, leverage_;
+  std::vector<std::span<const float>> shares_;  // and what else the model's light is of
+  std::vector<float> factor_, lights_, leverage_;
   Eigen::ArrayXXf rings_;     // place of each sample about each lamp, see ResidualShape
   Eigen::ArrayXf in_sigmas_;  // what is left over of each
   // Of each lamp ln flux, centre and, where it is not known, the disc's radius squared; background

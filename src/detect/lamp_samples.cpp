@@ -21,6 +21,10 @@ constexpr double kHoleDepth_px = 1.5, kHoleLight = 0.8;
 
 double square_of(double distance_px) { return distance_px > 0.0 ? distance_px * distance_px : 0.0; }
 
+std::size_t in_batches(std::size_t pixels) {
+  return (pixels + DiscImage::kBatch - 1) / DiscImage::kBatch * DiscImage::kBatch;
+}
+
 int stride_of(double area_px2, double most) {
   return std::max(1, static_cast<int>(std::ceil(area_px2 / most)));
 }
@@ -54,11 +58,8 @@ float sharpened(const FrameLight& frame, int u, int v, double variance_px2) {
 
 }  // namespace
 
-void LampSamples::append(std::span<const Pixel> pixels) {
-  const std::size_t first = size(),
-                    batches = (pixels.size() + DiscImage::kBatch - 1) / DiscImage::kBatch;
-  for (std::vector<float>* one : {&u_px, &v_px, &light, &place2, &keep})
-    one->resize(first + batches * DiscImage::kBatch, 0.0F);
+/// Writes pixels from place `first` on, and those that do not count up to a whole batch.
+void LampSamples::set(std::size_t first, std::span<const Pixel> pixels) {
   for (std::size_t k = 0; k < pixels.size(); ++k) {
     const Pixel& pixel = pixels[k];
     u_px[first + k] = pixel.u_px;
@@ -67,6 +68,10 @@ void LampSamples::append(std::span<const Pixel> pixels) {
     place2[first + k] = pixel.place2;
     keep[first + k] = 1.0F;
   }
+  const auto from = static_cast<std::ptrdiff_t>(first + pixels.size());
+  const auto to = static_cast<std::ptrdiff_t>(first + in_batches(pixels.size()));
+  for (std::vector<float>* one : {&u_px, &v_px, &light, &place2, &keep})
+    std::fill(one->begin() + from, one->begin() + to, 0.0F);
 }
 
 void LampSamples::list_circles(std::size_t lamp, int v, std::span<const LampGuess> guesses,
@@ -93,7 +98,6 @@ void LampSamples::list_circles(std::size_t lamp, int v, std::span<const LampGues
 
 void LampSamples::gather(const FrameLight& frame, std::span<const LampGuess> guesses,
                          std::span<const double> reach_px, std::span<const OtherLamp> others_in) {
-  for (std::vector<float>* one : {&u_px, &v_px, &light, &place2, &keep}) one->clear();
   used = 0;
   origin_px = guesses.front().centre_px.array().round();
   const LumaView& luma = frame.luma;
@@ -157,9 +161,11 @@ void LampSamples::gather(const FrameLight& frame, std::span<const LampGuess> gue
       take(std::max(middle.last + 1, all.first), all.last, stride);
     }
   }
-  append(std::span(clear_).first(clear_count));
-  clear = size();
-  append(std::span(clipped_).first(clipped_count));
+  clear = in_batches(clear_count);
+  for (std::vector<float>* one : {&u_px, &v_px, &light, &place2, &keep})
+    one->resize(clear + in_batches(clipped_count));
+  set(0, std::span(clear_).first(clear_count));
+  set(clear, std::span(clipped_).first(clipped_count));
   others.assign(size(), 0.0F);
 }
 

@@ -60,7 +60,7 @@ struct LampSamples {
   struct Chord {
     int first, last;
   };
-  void append(std::span<const Pixel> pixels);
+  void set(std::size_t first, std::span<const Pixel> pixels);
   void list_circles(std::size_t lamp, int v, std::span<const LampGuess> guesses,
                     std::span<const double> reach_px, std::span<const OtherLamp> others_in);
 

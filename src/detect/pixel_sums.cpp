@@ -21,14 +21,30 @@ using Lanes = hn::Vec<Tag>;
 
 double total(Lanes lanes) { return static_cast<double>(hn::GetLane(hn::SumOfLanes(Tag(), lanes))); }
 
-void add_rows_here(std::span<const PixelRow> rows, std::span<const float> factors,
+void set_rows_here(std::span<const PixelRow> rows, std::span<const float> factors, PixelRow base,
                    std::span<float> sum) {
   const Tag tag;
   for (std::size_t i = 0; i < sum.size(); i += hn::Lanes(tag)) {
-    Lanes here = hn::LoadU(tag, &sum[i]);
+    Lanes here = base.empty() ? hn::Zero(tag) : hn::LoadU(tag, &base[i]);
     for (std::size_t row = 0; row < rows.size(); ++row)
       here = hn::MulAdd(hn::Set(tag, factors[row]), hn::LoadU(tag, &rows[row][i]), here);
     hn::StoreU(here, tag, &sum[i]);
+  }
+}
+
+void set_forms_here(std::span<const PixelRow> rows, std::span<const float> root,
+                    std::span<float> forms) {
+  const Tag tag;
+  for (std::size_t i = 0; i < forms.size(); i += hn::Lanes(tag)) {
+    Lanes form = hn::Zero(tag);
+    const float* factor = root.data();
+    for (std::size_t first = 0; first < rows.size(); ++first) {
+      Lanes along = hn::Zero(tag);
+      for (std::size_t row = first; row < rows.size(); ++row)
+        along = hn::MulAdd(hn::Set(tag, *factor++), hn::LoadU(tag, &rows[row][i]), along);
+      form = hn::MulAdd(along, along, form);
+    }
+    hn::StoreU(form, tag, &forms[i]);
   }
 }
 
@@ -123,16 +139,22 @@ HWY_AFTER_NAMESPACE();
 namespace vildar {
 namespace {
 
-HWY_EXPORT(add_rows_here);
+HWY_EXPORT(set_rows_here);
+HWY_EXPORT(set_forms_here);
 HWY_EXPORT(sum_products_here);
 HWY_EXPORT(sum_squares_here);
 HWY_EXPORT(weigh_here);
 
 }  // namespace
 
-void add_rows(std::span<const PixelRow> rows, std::span<const float> factors,
+void set_rows(std::span<const PixelRow> rows, std::span<const float> factors, PixelRow base,
               std::span<float> sum) {
-  HWY_DYNAMIC_DISPATCH(add_rows_here)(rows, factors, sum);
+  HWY_DYNAMIC_DISPATCH(set_rows_here)(rows, factors, base, sum);
+}
+
+void set_forms(std::span<const PixelRow> rows, std::span<const float> root,
+               std::span<float> forms) {
+  HWY_DYNAMIC_DISPATCH(set_forms_here)(rows, root, forms);
 }
 
 void sum_products(std::span<const PixelRow> rows, PixelRow factor, std::span<double> sums) {

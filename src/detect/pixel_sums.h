@@ -10,8 +10,13 @@ namespace vildar {
 /// Rows of numbers, one of each pixel; all of the same length, a multiple of DiscImage::kBatch.
 using PixelRow = std::span<const float>;
 
-/// `sum` += each row times its factor.
-void add_rows(std::span<const PixelRow> rows, std::span<const float> factors, std::span<float> sum);
+/// `sum` = `base`, which is zero where empty, and each row times its factor.
+void set_rows(std::span<const PixelRow> rows, std::span<const float> factors, PixelRow base,
+              std::span<float> sum);
+
+/// Of each pixel, with x its numbers in all rows, x' R' R x. `root` holds R, upper triangular: its
+/// first row, its second from the diagonal on ...
+void set_forms(std::span<const PixelRow> rows, std::span<const float> root, std::span<float> forms);
 
 /// Of each row, the sum of its products with `factor`.
 void sum_products(std::span<const PixelRow> rows, PixelRow factor, std::span<double> sums);

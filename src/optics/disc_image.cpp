@@ -45,25 +45,42 @@ double scaled_bessel_i0(double x) {
          std::sqrt(x);
 }
 
+/// An angle whose functions are asked for again and again.
+struct Turn {
+  double cosine, sine, cosine_of_four;
+  explicit Turn(double angle_rad)
+      : cosine(std::cos(angle_rad)),
+        sine(std::sin(angle_rad)),
+        cosine_of_four(std::cos(4.0 * angle_rad)) {}
+};
+
+/// The middles of so many equal parts of an angle.
+std::vector<Turn> turns(double angle_rad, int parts) {
+  std::vector<Turn> all;
+  for (int i = 0; i < parts; ++i) all.emplace_back(angle_rad * (i + 0.5) / parts);
+  return all;
+}
+
 /// Mean of a radial function over the pixel at `radius_px`, averaged over the pixel's angle, and
 /// the amplitude of its cosine of four times that angle.
 struct PixelMean {
   double round = 0.0, square = 0.0;
   template <class Function>
   PixelMean(double radius_px, const Function& light) {
-    constexpr int kAngles = 3;
     constexpr double kNode = 0.3872983346207417;  // Gauss and Legendre: sqrt(3/5) / 2
     constexpr double kPlaces[3] = {-kNode, 0.0, kNode};
     constexpr double kWeights[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
-    for (int k = 0; k < kAngles; ++k) {
-      const double angle_rad = (k + 0.5) * kPi / 4.0 / kAngles;
-      const double u = radius_px * std::cos(angle_rad), v = radius_px * std::sin(angle_rad);
+    static const std::vector<Turn> angles = turns(kPi / 4.0, 3);
+    for (const Turn& angle : angles) {
+      const double u = radius_px * angle.cosine, v = radius_px * angle.sine;
       double mean = 0.0;
       for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j)
-          mean += kWeights[i] * kWeights[j] * light(std::hypot(u + kPlaces[i], v + kPlaces[j]));
-      round += mean / kAngles;
-      square += 2.0 * mean * std::cos(4.0 * angle_rad) / kAngles;
+        for (int j = 0; j < 3; ++j) {
+          const double at_u = u + kPlaces[i], at_v = v + kPlaces[j];
+          mean += kWeights[i] * kWeights[j] * light(std::sqrt(at_u * at_u + at_v * at_v));
+        }
+      round += mean / static_cast<double>(angles.size());
+      square += 2.0 * mean * angle.cosine_of_four / static_cast<double>(angles.size());
     }
   }
 };
@@ -174,13 +191,14 @@ double DiscImage::Tables::wing_of_disc(double radius_px, double disc_px) const {
   const double inner_px = disc_px - radius_px;
   double sum = inner_px > 0.0 ? 1.0 - std::pow(1.0 + inner_px * inner_px / a2, 1.0 - 0.5 * q) : 0.0;
   const double middle_px = std::max(disc_px, radius_px), half_px = std::min(disc_px, radius_px);
+  if (!(half_px > 0.0)) return sum / (kPi * disc_px * disc_px);
   constexpr int kPlaces = 32;
-  for (int i = 0; i < kPlaces && half_px > 0.0; ++i) {
-    const double angle_rad = kPi * (i + 0.5) / kPlaces;
-    const double t_px = middle_px - half_px * std::cos(angle_rad);
+  static const std::vector<Turn> places = turns(kPi, kPlaces);
+  for (const Turn& place : places) {
+    const double t_px = middle_px - half_px * place.cosine;
     const double cosine =
         (radius_px * radius_px + t_px * t_px - disc_px * disc_px) / (2.0 * radius_px * t_px);
-    sum += kPi / kPlaces * half_px * std::sin(angle_rad) * wing(t_px) * 2.0 * t_px *
+    sum += kPi / kPlaces * half_px * place.sine * wing(t_px) * 2.0 * t_px *
            std::acos(std::clamp(cosine, -1.0, 1.0));
   }
   return sum / (kPi * disc_px * disc_px);

@@ -26,14 +26,16 @@ TEST(PixelSums, AreThoseOfPlainLoops) {
   const std::vector<PixelRow> rows(data.begin(), data.end());
   const std::vector<float> weight = numbers(random, 0.0, 2.0);
   const std::vector<float> factors{0.5F, -2.0F, 3.0F, 0.0F, 1.0F, 7.0F};
-  std::vector<float> sum = numbers(random, -1.0, 1.0);
-  const std::vector<float> before = sum;
-  add_rows(rows, factors, sum);
+  const std::vector<float> base = numbers(random, -1.0, 1.0);
+  std::vector<float> sum(kPixels), on_base(kPixels);
+  set_rows(rows, factors, {}, sum);
+  set_rows(rows, factors, base, on_base);
   for (std::size_t k = 0; k < kPixels; ++k) {
-    double plain = static_cast<double>(before[k]);
+    double plain = 0.0;
     for (std::size_t i = 0; i < kRows; ++i)
       plain += static_cast<double>(factors[i]) * static_cast<double>(data[i][k]);
     EXPECT_NEAR(sum[k], plain, kSingle);
+    EXPECT_NEAR(on_base[k], plain + static_cast<double>(base[k]), kSingle);
   }
   std::vector<double> products(kRows), squares(kRows * (kRows + 1) / 2);
   sum_products(rows, weight, products);
@@ -51,6 +53,29 @@ TEST(PixelSums, AreThoseOfPlainLoops) {
                   static_cast<double>(weight[k]);
       EXPECT_NEAR(squares[at], square, kPixels * kSingle) << i << " " << j;
     }
+  }
+}
+
+TEST(PixelSums, FormsAreThoseOfThePlainTriangle) {
+  Random random(42);
+  std::vector<std::vector<float>> data;
+  for (std::size_t i = 0; i < kRows; ++i) data.push_back(numbers(random, -1.0, 1.0));
+  const std::vector<PixelRow> rows(data.begin(), data.end());
+  std::vector<float> root;
+  while (root.size() < kRows * (kRows + 1) / 2)
+    root.push_back(static_cast<float>(random.uniform(-1.0, 1.0)));
+  std::vector<float> forms(kPixels);
+  set_forms(rows, root, forms);
+  for (std::size_t k = 0; k < kPixels; ++k) {
+    double plain = 0.0;
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < kRows; ++i) {
+      double along = 0.0;
+      for (std::size_t j = i; j < kRows; ++j, ++at)
+        along += static_cast<double>(root[at]) * static_cast<double>(data[j][k]);
+      plain += along * along;
+    }
+    EXPECT_NEAR(forms[k], plain, kRows * kSingle);
   }
 }
 
