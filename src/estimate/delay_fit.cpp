@@ -175,6 +175,21 @@ Outcome<Candidate> best_curve(const DelayProblem& problem, const DelayRows& rows
   return best;
 }
 
+// Most by which the speed leaves the straight line nearest to it.
+double bend_mps(const DelayRows& rows, const DelayModel& model, const Eigen::VectorXd& value) {
+  constexpr int kTimes = 33;
+  Eigen::MatrixX2d line(kTimes, 2);
+  Eigen::VectorXd speeds_mps(kTimes);
+  for (int i = 0; i < kTimes; ++i) {
+    const double tau_s = rows.first_s + (rows.last_s - rows.first_s) * i / (kTimes - 1);
+    line.row(i) << 1.0, tau_s;
+    speeds_mps[i] = model.motion_at(value, tau_s).speed_mps;
+  }
+  const Eigen::Vector2d nearest =
+      (line.transpose() * line).ldlt().solve(line.transpose() * speeds_mps);
+  return (speeds_mps - line * nearest).cwiseAbs().maxCoeff();
+}
+
 // Speed and acceleration with their covariance at the time at which the speed is known best.
 void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayModel& model,
                const DelayMotion& found, DelayFit& fit) {
@@ -239,6 +254,9 @@ Outcome<DelayFit> fit_delay(const DelayProblem& problem) {
   fit.sigma_factor =
       std::sqrt(std::max(motion->noise_factor, variance_factor(rows, residuals, unknowns)));
   fit.pieces = pieces;
+  const double steady_chi2 = DelayModel(problem, rows, curve).residuals(constant).squaredNorm();
+  fit.wander_chi2 = (steady_chi2 - residuals.squaredNorm()) / motion->noise_factor;
+  fit.bend_mps = bend_mps(rows, model, motion->value);
   fit.log_ratio = motion->value[kLogFarGain];
   if (problem.log_ratio.std > 0.0)
     fit.log_ratio_std = std::hypot(std::sqrt(motion->covariance(2, 2)), motion->mismatch[2]);

@@ -55,6 +55,9 @@ struct DelayFit {
   double sigma_factor =
       1.0;         ///< by which scatter and correlation of the residuals widened the sigma
   int pieces = 0;  ///< of the curve fitted to the pulse
+  /// By how much chi-square falls once the acceleration may wander, in units of the noise.
+  double wander_chi2 = 0.0;
+  double bend_mps = 0.0;  ///< how far the speed goes from that of a constant acceleration
 };
 
 /// Speed and acceleration from two pulses, their common shape being a free smooth curve with as

@@ -175,33 +175,48 @@ Found power_method(Method method, const Outcome<PassLight>& light,
   return found;
 }
 
-// Another vehicle's light draws the delay towards that one's speed, by its share of the light; of
-// the rise that share is about twice what it is of the peak.
+// Of a delay's speed, one sigma, where others have this share of the peak: their light draws it
+// towards their speeds, of the rise their share is about twice as large, and speeds of neighbours
+// differ by 15 %.
+double others_std_mps(double share, double speed_mps) {
+  constexpr double kOtherSpeeds = 0.15, kOfRise = 2.0;
+  return kOtherSpeeds * kOfRise * share * speed_mps;
+}
+
+// Whether the light is not that of one vehicle: none brakes so hard; and two abreast in two lanes,
+// whose mixture moves at neither's speed, look like one whose acceleration changes, more than what
+// is left of the light when it is past explains.
+bool of_several(const DelayFit& fit, std::size_t lanes, double others_share) {
+  constexpr double kHardest_mps2 = 9.8;
+  constexpr double kClearChi2 = 30.0, kMostOthers = 0.2;
+  const double explained_mps = others_std_mps(others_share, fit.speed.speed_mps);
+  return !(std::abs(fit.acceleration_mps2) < kHardest_mps2) ||
+         (lanes > 1 && fit.wander_chi2 > kClearChi2 &&
+          (fit.bend_mps > explained_mps || others_share > kMostOthers));
+}
+
 void widen_for_others(double share, SpeedEstimate& speed) {
-  constexpr double kOtherSpeeds = 0.15;  // by which the speeds of neighbours differ, one sigma
-  constexpr double kOfRise = 2.0;
   constexpr double kTwoSided95 = 1.959963984540054;
-  speed.std_mps = std::hypot(speed.std_mps, kOtherSpeeds * kOfRise * share * speed.speed_mps);
+  speed.std_mps = std::hypot(speed.std_mps, others_std_mps(share, speed.speed_mps));
   const double log_std = speed.std_mps / speed.speed_mps;
   speed.lo95_mps = speed.speed_mps * std::exp(-kTwoSided95 * log_std);
   speed.hi95_mps = speed.speed_mps * std::exp(kTwoSided95 * log_std);
 }
 
 Found delay_method(const PowerPass& pass, const Site& site, std::span<const PowerTrace> traces,
-                   double brightest_w, double offset_s) {
+                   double brightest_w, double offset_s, std::size_t lanes) {
   std::vector<const PowerTrace*> all;
   for (const PowerTrace& trace : traces) all.push_back(&trace);
   const auto outcome = delay_speed(site, all, pass.from_s + offset_s, pass.to_s + offset_s);
   Found found{delay_row(outcome), {}, {}, {}};
   if (const auto* fit = std::get_if<DelayFit>(&outcome)) {
-    // No vehicle brakes so hard: the light is not that of one alone.
-    constexpr double kHardest_mps2 = 9.8;
-    if (!(std::abs(fit->acceleration_mps2) < kHardest_mps2)) {
+    const double others_share = pass.others_w / brightest_w;
+    if (of_several(*fit, lanes, others_share)) {
       found.row.speed = Miss::several_vehicles;
       return found;
     }
     if (pass.others_w > 0.0)
-      widen_for_others(pass.others_w / brightest_w, std::get<SpeedEstimate>(found.row.speed));
+      widen_for_others(others_share, std::get<SpeedEstimate>(found.row.speed));
     found.acceleration_mps2 = fit->acceleration_mps2;
     found.chi2_per_dof = fit->chi2_per_dof;
   }
@@ -295,7 +310,8 @@ VehicleResult estimate_pass(const PowerPass& pass, int pass_number, const Site& 
   if (traces.size() > 1)
     methods.push_back(
         pulsed ? Found{{Method::delay_photodiodes, Miss::outside_model, 0, ""}, {}, {}, {}}
-               : delay_method(pass, site, traces, peak_w(trace, pass), offset_s));
+               : delay_method(pass, site, traces, peak_w(trace, pass), offset_s,
+                              abreast.lanes.size()));
   stand_by_surest(methods, result);
   constexpr double kOthersMatter = 0.01;  // of the brightest light
   const bool of_the_site =

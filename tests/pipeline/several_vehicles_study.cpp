@@ -68,6 +68,14 @@ std::vector<Vehicle> pair_of(const Site& site, Random& random) {
   return {first, drawn(site, lane(), 8.0 + behind_m / speed_mps, speed_mps, random)};
 }
 
+/// One in each lane, at one place within a tenth of a second; the outer one is up to a third
+/// faster.
+std::vector<Vehicle> abreast(const Site& site, Random& random) {
+  const Vehicle inner = drawn(site, 0, 8.0, random.uniform(8.0, 27.0), random);
+  return {inner, drawn(site, 1, 8.0 + random.uniform(0.0, 0.1),
+                       inner.speed_mps * random.uniform(1.0, 1.33), random)};
+}
+
 std::vector<PowerTrace> traces_of(const std::vector<Vehicle>& vehicles, const Site& site,
                                   Random& random) {
   // 40 dB at 60 m.
@@ -174,6 +182,14 @@ TEST_F(SeveralVehiclesStudy, NoSpeedIsThatOfTheOther) {
     EXPECT_EQ(tally.far_off, 0) << one.name;
     EXPECT_LE(tally.worst, one.photodiodes > 1 ? 0.03 : 0.5) << one.name;
   }
+}
+
+// Light alone does not part two that are abreast; most are seen to be no single one.
+TEST_F(SeveralVehiclesStudy, TwoAbreastAreSeldomOne) {
+  constexpr int kTrials = 250;
+  const Tally tally = study(site_with(2, 2), abreast, kTrials, 30);
+  EXPECT_LE(tally.measured, kTrials / 20);
+  EXPECT_LE(tally.worst, 0.02);
 }
 
 // Where the pulses alias to a slow light the speed must be withheld or its interval wide.

@@ -1,0 +1,67 @@
+#include <gtest/gtest.h>
+
+#include "delay_pass.h"
+#include "estimate/vehicle.h"
+
+namespace vildar {
+namespace {
+
+struct Driven {
+  double speed_mps, aside2_m2;
+};
+
+// The power law's light of vehicles that all come abeam at 4 s, before two photodiodes 2 m apart.
+std::vector<PowerTrace> traces_of(const std::vector<Driven>& vehicles, Random& random) {
+  constexpr double kNoise_w = 1e-3, kPeriod_s = 1e-3, kAbeam_s = 4.0;
+  std::vector<PowerTrace> traces(2);
+  for (int k = 0; k < 2; ++k) {
+    PowerTrace& trace = traces[static_cast<std::size_t>(k)];
+    trace.photodiode = k;
+    trace.sample_period_s = kPeriod_s;
+    trace.noise_sigma_w = kNoise_w;
+    trace.ambient_sigma_w = 0.1 * kNoise_w;
+    for (double t_s = 0.0; t_s < 1.1 * kAbeam_s; t_s += kPeriod_s) {
+      double light_w = 0.0;
+      for (const Driven& vehicle : vehicles) {
+        const double ahead_m = vehicle.speed_mps * (kAbeam_s - t_s) - 2.0 * k;
+        if (ahead_m > 0.0) light_w += 100.0 / (ahead_m * ahead_m + vehicle.aside2_m2);
+      }
+      trace.time_s.push_back(t_s);
+      trace.power_w.push_back(static_cast<float>(light_w + kNoise_w * random.normal()));
+    }
+  }
+  return traces;
+}
+
+class Abreast : public ::testing::Test {
+ protected:
+  VehicleResult result_of(const std::vector<Driven>& vehicles) {
+    return estimate_pass({.from_s = 0.0, .to_s = 4.2, .peak_s = 3.99}, 1, site_,
+                         traces_of(vehicles, random_));
+  }
+
+  static constexpr double kNear2_m2 = 27.0, kFar2_m2 = 67.0;
+  Site site_ = simulated::two_photodiodes(2.0);
+  Random random_{3};
+};
+
+TEST_F(Abreast, TheMixtureOfTwoIsNoSpeed) {
+  site_.road.lanes.push_back({"far", {-7.5, 0.3}, 3.5, Direction::oncoming});
+  for (const double faster : {0.8, 0.9, 1.1, 1.2, 1.3}) {
+    const auto result = result_of({{20.0, kNear2_m2}, {20.0 * faster, kFar2_m2}});
+    EXPECT_EQ(result.withheld, Miss::several_vehicles) << faster;
+  }
+}
+
+TEST_F(Abreast, OneAloneHasItsSpeedInEitherLane) {
+  site_.road.lanes.push_back({"far", {-7.5, 0.3}, 3.5, Direction::oncoming});
+  for (const double aside2_m2 : {kNear2_m2, kFar2_m2}) {
+    const auto result = result_of({{20.0, aside2_m2}});
+    ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
+    EXPECT_EQ(result.method, Method::delay_photodiodes);
+    EXPECT_LT(std::abs(result.speed.speed_mps - 20.0), 4.0 * result.speed.std_mps);
+  }
+}
+
+}  // namespace
+}  // namespace vildar
