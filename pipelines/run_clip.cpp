@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "detect/detector.h"
+#include "estimate/one_place.h"
 #include "estimate/steady_view.h"
 #include "estimate/vehicle.h"
 #include "optics/response.h"
@@ -99,7 +100,7 @@ class Measuring {
 
   /// Measures the tracks beside which all is known that shone on the photodiodes. `live_since_s`:
   /// the first sighting of the oldest vehicle still followed, or now. Without photodiodes none has
-  /// to wait.
+  /// to wait. Writes those that were in view with none that is yet to be measured.
   void measure_before(double live_since_s) {
     const auto ready =
         std::stable_partition(waiting_.begin(), waiting_.end(), [&](const Ended& one) {
@@ -111,6 +112,7 @@ class Measuring {
     for (const Ended& one : waiting_)
       needed_since_s = std::min(needed_since_s, interval_of(one.track).from_s);
     std::erase_if(lit_, [&](const LitVehicle& lit) { return dark_since(lit, needed_since_s); });
+    write_before(needed_since_s);
   }
 
  private:
@@ -141,12 +143,18 @@ class Measuring {
       estimate.result.warnings.push_back(
           "the photodiodes receive light that none of the vehicles in view explains, so the power "
           "law gives no speed; check the camera's view and the channel");
-    tracks_.add(estimate.rows);
-    measurement_.plots.push_back(plot_of(estimate));
     if (options_.annotate)
       for (const VehicleSighting& sighting : track.sightings)
         measurement_.sightings.push_back(annotated(track.id, sighting));
-    measurement_.vehicles.push_back(std::move(estimate.result));
+    measured_.add(std::move(estimate));
+  }
+
+  void write_before(double time_s) {
+    for (VehicleEstimate& estimate : measured_.take_before(time_s)) {
+      tracks_.add(estimate.rows);
+      measurement_.plots.push_back(plot_of(estimate));
+      measurement_.vehicles.push_back(std::move(estimate.result));
+    }
   }
 
   const RunOptions& options_;
@@ -155,6 +163,7 @@ class Measuring {
   TracksWriter& tracks_;
   ClipMeasurement& measurement_;
   std::vector<Ended> waiting_;
+  MeasuredVehicles measured_;
   std::vector<LitVehicle> lit_;
 };
 

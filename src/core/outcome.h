@@ -20,7 +20,7 @@ enum class Miss {
   too_uncertain,          ///< the 95 % interval is wider than is useful
   sensors_contradict,     ///< camera and photodiode disagree beyond their intervals
   several_vehicles,       ///< more than one vehicle feeds the same photodiode
-  ambiguous_identity,     ///< the track may have passed from one vehicle to another
+  ambiguous_identity,     ///< the track may be of another vehicle in part, or of one seen twice
   direction_contradicts,  ///< lamp colour and motion disagree about the direction of travel
   not_on_road,            ///< does not move as a lamp at lamp height on the road does
 };

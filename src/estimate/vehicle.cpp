@@ -279,6 +279,7 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
     estimate.rows = bearing_rows(track, fitted_camera(*site.camera, trajectories.front()), site);
     add_states(trajectories, estimate.rows);
     warn_of_doubt(trajectories, result.speed.time_s, result);
+    estimate.trajectories = std::move(trajectories);
   }
   return estimate;
 }

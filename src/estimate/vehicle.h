@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "estimate/trajectory.h"
 #include "types/power.h"
 #include "types/result.h"
 #include "types/site.h"
@@ -13,7 +14,8 @@ namespace vildar {
 /// The speed of one vehicle by every method that applies, and what is known of it in each frame.
 struct VehicleEstimate {
   VehicleResult result;
-  std::vector<TrackRow> rows;  ///< one per sighting, in the track's order
+  std::vector<TrackRow> rows;            ///< one per sighting, in the track's order
+  std::vector<Trajectory> trajectories;  ///< that a speed from the camera is of; empty without one
 };
 
 /// A photodiode's trace as offered to a vehicle's estimate; `trace` is not null and outlives the

@@ -25,7 +25,7 @@ std::string_view sentence_for(Miss miss) {
       return "Camera and photodiode disagree by more than their uncertainties allow.";
     case Miss::several_vehicles: return "Several vehicles lit the photodiode at the same time.";
     case Miss::ambiguous_identity:
-      return "It could not be told apart from another vehicle that it crossed.";
+      return "It could not be told apart from another vehicle, or is one seen a second time.";
     case Miss::direction_contradicts:
       return "The colour of its lamps and its motion say opposite directions of travel.";
     case Miss::not_on_road:

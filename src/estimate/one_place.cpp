@@ -1,0 +1,137 @@
+#include "estimate/one_place.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <string>
+#include <utility>
+
+#include "estimate/mixture.h"
+
+namespace vildar {
+namespace {
+
+// Over a longer time a vehicle may brake too much to be told.
+constexpr double kLongestGap_s = 1.0;
+
+struct Offset {
+  double along_m, beside_m, sigma_m;  ///< along the way of the two, and across it
+};
+
+Offset offset_at(const VehicleEstimate& one, const VehicleEstimate& other, double time_s) {
+  constexpr double kStep_s = 0.05;
+  // What is left between two views of one vehicle beside the sigmas: another part of its body.
+  constexpr double kFloor_m = 0.5;
+  const MotionState a = mixed_state(one.trajectories, time_s);
+  const MotionState b = mixed_state(other.trajectories, time_s);
+  const MotionState later = mixed_state(one.trajectories, time_s + kStep_s);
+  const Eigen::Vector2d off_m(a.range_m - b.range_m, a.lateral_m - b.lateral_m);
+  Eigen::Vector2d way(later.range_m - a.range_m, later.lateral_m - a.lateral_m);
+  way = way.norm() > 0.0 ? Eigen::Vector2d(way.normalized()) : Eigen::Vector2d::UnitX();
+  return {off_m.dot(way), off_m.x() * way.y() - off_m.y() * way.x(),
+          std::hypot(a.range_std_m, b.range_std_m, kFloor_m)};
+}
+
+bool shows_pair(const VehicleSighting& sighting) { return sighting.left && sighting.right; }
+
+// Two vehicles show four lamps, apart from when one hides the other.
+bool often_show_four_lamps(const VehicleEstimate& one, const VehicleEstimate& other) {
+  constexpr double kSeldom = 0.25;
+  int together = 0, four = 0;
+  for (auto a = one.rows.begin(), b = other.rows.begin();
+       a != one.rows.end() && b != other.rows.end();) {
+    const std::int64_t frame = std::min(a->sighting.frame, b->sighting.frame);
+    if (a->sighting.frame == b->sighting.frame) {
+      ++together;
+      four += shows_pair(a->sighting) && shows_pair(b->sighting);
+    }
+    a += a->sighting.frame == frame;
+    b += b->sighting.frame == frame;
+  }
+  return four > kSeldom * together;
+}
+
+bool always_alone(const VehicleEstimate& one) {
+  return std::ranges::none_of(one.rows,
+                              [](const TrackRow& row) { return shows_pair(row.sighting); });
+}
+
+// Whether `one` says less about the vehicle than `other` does.
+bool says_less(const VehicleEstimate& one, const VehicleEstimate& other) {
+  const SpeedEstimate &a = one.result.speed, &b = other.result.speed;
+  return a.std_mps * b.speed_mps > b.std_mps * a.speed_mps;
+}
+
+// Takes the speed from the camera, and what came with it, out of `second`.
+void withhold_second(VehicleEstimate& second, int first_track_id) {
+  const VehicleResult& was = second.result;
+  VehicleResult result;
+  result.track_id = was.track_id;
+  result.direction = was.direction;
+  result.t_first_s = was.t_first_s;
+  result.t_last_s = was.t_last_s;
+  result.n_frames = was.n_frames;
+  result.used_camera = true;
+  result.withheld = Miss::ambiguous_identity;
+  result.methods = was.methods;
+  for (MethodResult& method : result.methods)
+    if (method.method == Method::geometry_camera || method.method == Method::fused)
+      method.speed = Miss::ambiguous_identity;
+  result.warnings = was.warnings;
+  result.warnings.push_back("stands where vehicle " + std::to_string(first_track_id) +
+                            " does; taken for the same vehicle, seen twice");
+  second.result = std::move(result);
+  second.trajectories.clear();
+  for (TrackRow& row : second.rows)
+    row.range_m = row.range_std_m = row.speed_mps = row.speed_std_mps = std::nullopt;
+}
+
+}  // namespace
+
+bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other) {
+  // Nearer to one another no vehicles follow, or drive in two lanes.
+  constexpr double kMostOff_m = 5.0, kMostBeside_m = 1.2;
+  constexpr double kSigmas = 3.0, kSigmasAlone = 2.0;
+  constexpr int kSteps = 8;
+  const VehicleResult &a = one.result, &b = other.result;
+  if (one.trajectories.empty() || other.trajectories.empty() || a.direction != b.direction)
+    return false;
+  const double from_s = std::max(a.t_first_s, b.t_first_s);
+  const double to_s = std::min(a.t_last_s, b.t_last_s);
+  if (from_s - to_s > kLongestGap_s || often_show_four_lamps(one, other)) return false;
+  const bool in_turn = from_s > to_s;
+  const bool alone = always_alone(one) != always_alone(other);
+
+  Offset surest{0.0, 0.0, INFINITY};
+  for (int i = 0; i <= kSteps; ++i) {
+    const Offset offset = offset_at(one, other, from_s + (to_s - from_s) * i / kSteps);
+    if (std::abs(offset.along_m) > kSigmas * offset.sigma_m) return false;
+    if (offset.sigma_m < surest.sigma_m) surest = offset;
+  }
+  if (in_turn && 2.0 * surest.sigma_m > kMostOff_m) return false;
+  const double most_off_m =
+      alone ? std::max(kMostOff_m, kSigmasAlone * surest.sigma_m) : kMostOff_m;
+  return std::abs(surest.along_m) < most_off_m && std::abs(surest.beside_m) < kMostBeside_m;
+}
+
+void MeasuredVehicles::add(VehicleEstimate estimate) {
+  for (VehicleEstimate& earlier : held_) {
+    if (!one_vehicle(earlier, estimate)) continue;
+    const bool earlier_goes = says_less(earlier, estimate);
+    const int stays = (earlier_goes ? estimate : earlier).result.track_id;
+    withhold_second(earlier_goes ? earlier : estimate, stays);
+  }
+  held_.push_back(std::move(estimate));
+}
+
+std::vector<VehicleEstimate> MeasuredVehicles::take_before(double time_s) {
+  const auto gone = std::stable_partition(
+      held_.begin(), held_.end(),
+      [&](const VehicleEstimate& one) { return one.result.t_last_s >= time_s - kLongestGap_s; });
+  std::vector<VehicleEstimate> taken(std::make_move_iterator(gone),
+                                     std::make_move_iterator(held_.end()));
+  held_.erase(gone, held_.end());
+  return taken;
+}
+
+}  // namespace vildar

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+#include "estimate/vehicle.h"
+
+namespace vildar {
+
+/// Whether two measured vehicles are one, seen twice: in all of the time that both are in view they
+/// stand, as far as can be told, where two vehicles do not fit, and they seldom show four lamps at
+/// once. Of a light without a partner it is enough that it cannot be told apart from a vehicle that
+/// has two lamps. So are two in view one after the other, within a second, of which the second
+/// surely goes on where the first was. False where either has no speed from the camera.
+bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other);
+
+/// Measured vehicles, held while another track may turn out to be of the same vehicle. Of two that
+/// are one, the speed of smaller relative sigma stands; the other is withheld (ambiguous_identity).
+class MeasuredVehicles {
+ public:
+  void add(VehicleEstimate estimate);
+  /// Hands over, in the order added, those that none can be the same as that is first seen at
+  /// `time_s` or later; no vehicle added later may have been in view before.
+  std::vector<VehicleEstimate> take_before(double time_s);
+
+ private:
+  std::vector<VehicleEstimate> held_;
+};
+
+}  // namespace vildar
