@@ -132,6 +132,16 @@ double light_after_w(const Light& light, std::size_t peak) {
   return std::max(0.0, least_w);
 }
 
+/// Whether the record ends, or stops for long, so soon after block `peak` that its vehicle need not
+/// be past.
+bool ends_after(const Light& light, std::size_t peak) {
+  constexpr double kPassing_s = 0.3;
+  const double until_s = light.blocks[peak].time_s + kPassing_s;
+  for (std::size_t i = peak + 1; i < light.blocks.size() && !gap_before(light, i); ++i)
+    if (light.blocks[i].time_s > until_s) return false;
+  return true;
+}
+
 /// A part from its first block's beginning to its last one's end. Where stamps are uneven those are
 /// not exact; the middle between two blocks is the limit, so that neighbours do not overlap.
 PowerPass pass_of(const Light& light, Stretch part) {
@@ -146,7 +156,9 @@ PowerPass pass_of(const Light& light, Stretch part) {
   PowerPass pass{.from_s = first.time_s - 0.5 * first.duration_s,
                  .to_s = last.time_s + 0.5 * last.duration_s,
                  .peak_s = light.blocks[static_cast<std::size_t>(peak - begin)].time_s};
-  pass.others_w = light_after_w(light, static_cast<std::size_t>(peak - begin));
+  const auto brightest = static_cast<std::size_t>(peak - begin);
+  pass.cut_off = ends_after(light, brightest);
+  if (!pass.cut_off) pass.others_w = light_after_w(light, brightest);
   if (part.first > 0) pass.from_s = std::max(pass.from_s, middle_s(part.first));
   if (part.last + 1 < light.blocks.size()) pass.to_s = std::min(pass.to_s, middle_s(part.last + 1));
   return pass;

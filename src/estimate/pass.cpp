@@ -301,6 +301,9 @@ VehicleResult estimate_pass(const PowerPass& pass, int pass_number, const Site& 
     result.warnings.push_back(
         "the light jumps from sample to sample, as of lamps that pulse: at this rate its mean "
         "cannot be trusted; sample at 10 kHz or more, or integrate over each sample");
+  if (pass.cut_off)
+    result.warnings.push_back(
+        "the record ends before the vehicle is past: the light of others behind it is not known");
   const auto light =
       pulsed ? Outcome<PassLight>(Miss::outside_model) : light_of_pass(pass, site, trace, abreast);
   std::vector<Found> methods{

@@ -58,6 +58,7 @@ struct PowerPass {
   double peak_s = 0.0;
   double others_w =
       0.0;  ///< light that is left, above ambient, once this vehicle is past: of others
+  bool cut_off = false;  ///< the record ends before it is past: others_w is not known
 };
 
 }  // namespace vildar

@@ -52,6 +52,21 @@ TEST(FindPasses, DarknessHasNone) {
   EXPECT_TRUE(find_passes(PowerTrace{}).empty());
 }
 
+// What is left of a light that is cut off is the vehicle's own.
+TEST(FindPasses, ALightThatTheRecordCutsOffSaysNothingOfOthers) {
+  Random random(4);
+  for (const double before_s : {1.0, 0.5, 0.02}) {
+    const auto passes =
+        find_passes(trace_of({.duration_s = 8.0 - before_s, .vehicles_s = {8.0}}, random));
+    ASSERT_EQ(passes.size(), 1U) << before_s;
+    EXPECT_TRUE(passes[0].cut_off);
+    EXPECT_EQ(passes[0].others_w, 0.0);
+  }
+  const auto whole = find_passes(trace_of({.duration_s = 8.5, .vehicles_s = {8.0}}, random));
+  ASSERT_EQ(whole.size(), 1U);
+  EXPECT_FALSE(whole[0].cut_off);
+}
+
 TEST(FindPasses, EachVehicleIsOnePassAroundItsPeak) {
   Random random(2);
   for (const double rate_hz : {100.0, 1000.0, 10000.0}) {
