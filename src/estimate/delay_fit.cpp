@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kFewestBlocks = 12;  // of one side
 constexpr double kSlowest_mps = 1.0, kFastest_mps = 100.0;
 constexpr int kScanPieces = 12;
-constexpr std::array<int, 5> kPieces{9, 14, 21, 32, 48};
+constexpr std::array<int, 7> kPieces{9, 14, 21, 32, 48, 72, 108};
 
 void add_side(const DelaySide& side, bool far, DelayRows& rows) {
   for (const PowerBlock& block : side.blocks) {
@@ -151,6 +151,7 @@ struct Candidate {
 Outcome<Candidate> best_curve(const DelayProblem& problem, const DelayRows& rows, double delay_s) {
   Outcome<Candidate> best = Miss::too_few_samples;
   double least = INFINITY;
+  int worse = 0;
   const auto n = static_cast<double>(rows.rows.size());
   Eigen::VectorXd last;
   for (const int pieces : kPieces) {
@@ -168,7 +169,12 @@ Outcome<Candidate> best_curve(const DelayProblem& problem, const DelayRows& rows
     }
     last = point.value.head<kDelayParameters>();
     const double criterion = model.residuals(point.value).squaredNorm() + 2.0 * pieces;
-    if (!(criterion < least)) continue;
+    if (!(criterion < least)) {
+      constexpr int kEnoughWorse = 2;
+      if (++worse == kEnoughWorse) break;
+      continue;
+    }
+    worse = 0;
     least = criterion;
     best = Candidate{std::move(point.value), curve, pieces};
   }
@@ -227,9 +233,20 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
     for (const PowerBlock& block : side->blocks) speed.samples_used += block.samples;
 }
 
-}  // namespace
+// Of the gain as fitted. From what was said of it data can lead as far as they took its variance
+// away, and unlike angular responses further.
+double gain_chi2(const Uncertain& log_ratio, const DelayMotion& found) {
+  if (!(log_ratio.std > 0.0)) return 0.0;
+  constexpr double kLeastTold = 0.2;  // of the variance; less is what a mean over wanders leaves
+  constexpr Eigen::Index kGain = 2;   // among the known
+  const double variance = log_ratio.std * log_ratio.std;
+  const double told = std::max(kLeastTold * variance, variance - found.covariance(kGain, kGain));
+  return std::pow(found.value[kLogFarGain] - log_ratio.mean, 2) /
+         (told + std::pow(found.mismatch[kGain], 2));
+}
 
-Outcome<DelayFit> fit_delay(const DelayProblem& problem) {
+// Responses being as alike as the site says.
+Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   if (std::min(problem.near.blocks.size(), problem.far.blocks.size()) < kFewestBlocks)
     return Miss::too_few_samples;
   DelayRows rows = rows_of(problem);
@@ -270,14 +287,30 @@ Outcome<DelayFit> fit_delay(const DelayProblem& problem) {
   const double expected = 4.0;  // of chi-square, below which noise explains any mismatch
   if (fit.chi2_per_dof > expected && error2 > kWorstMismatch * kWorstMismatch * light2)
     return Miss::bad_fit;
-  // The chance of more, with two priors, is one in a hundred thousand.
-  constexpr double kMostPriorChi2 = 23.0;
-  if (model.prior_chi2(motion->value, motion->acceleration_variance) > kMostPriorChi2)
-    return Miss::bad_fit;
+  const double rate_mps2 = model.motion_at(motion->value, 0.0).acceleration_mps2;
+  constexpr double kMostPriorChi2 = 19.5;  // one in a hundred thousand
+  if (rate_mps2 * rate_mps2 > kMostPriorChi2 * motion->acceleration_variance) return Miss::bad_fit;
+  fit.gain_chi2 = gain_chi2(problem.log_ratio, *motion);
   put_speed(problem, rows, model, *motion, fit);
   constexpr double kNoDelay = 0.3;
   if (!(fit.speed.std_mps < kNoDelay * fit.speed.speed_mps)) return Miss::too_uncertain;
   return fit;
+}
+
+}  // namespace
+
+Outcome<DelayFit> fit_delay(const DelayProblem& problem) {
+  auto outcome = fit_as_stated(problem);
+  const auto* fit = std::get_if<DelayFit>(&outcome);
+  constexpr double kDoubted = 4.0, kDenied = 10.8;  // one vehicle in twenty, in a thousand
+  if (!fit || fit->gain_chi2 < kDoubted) return outcome;
+  constexpr double kWorse = 5.0;
+  DelayProblem doubted = problem;
+  doubted.log_ratio.std *= kWorse;
+  outcome = fit_as_stated(doubted);
+  fit = std::get_if<DelayFit>(&outcome);
+  if (fit && fit->gain_chi2 > kDenied) return Miss::sensors_contradict;
+  return outcome;
 }
 
 }  // namespace vildar

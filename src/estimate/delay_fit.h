@@ -51,6 +51,7 @@ struct DelayFit {
   /// Of speed and acceleration at the speed's time.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();
   double log_ratio = 0.0, log_ratio_std = 0.0;
+  double gain_chi2 = 0.0;     ///< by how much the gain strains what was said of it
   double chi2_per_dof = 0.0;  ///< by the blocks' own sigmas
   double sigma_factor =
       1.0;         ///< by which scatter and correlation of the residuals widened the sigma
@@ -63,9 +64,11 @@ struct DelayFit {
 /// Speed and acceleration from two pulses, their common shape being a free smooth curve with as
 /// many pieces as the data ask for. The acceleration, of which 0 +- 1.5 m/s^2 is known beforehand,
 /// may wander while the light lasts. Where the ratio of gains is uncertain, a mismatch that grows
-/// with the angle off the road is allowed for: of the same size at 0.35 rad.
+/// with the angle off the road is allowed for: of the same size at 0.35 rad. A gain that strains
+/// what was said of it is taken to be known five times worse, and the mismatch with it.
 /// Misses: too_few_samples, below_noise, not_converged, bad_fit (the pulses are not alike),
-/// too_uncertain (the delay is not told from none).
+/// too_uncertain (the delay is not told from none), sensors_contradict (a gain unlike what was
+/// said).
 Outcome<DelayFit> fit_delay(const DelayProblem& problem);
 
 }  // namespace vildar

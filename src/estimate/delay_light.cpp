@@ -187,6 +187,9 @@ Outcome<DelayFit> pair_speed(const Site& site, const PowerTrace& one, const Powe
     const auto* fit = std::get_if<DelayFit>(&outcome);
     if (to_peak && fit) return outcome;
     if (fit && fit->chi2_per_dof < kAlikeChi2 && fit->sigma_factor < kAlikeFactor) return outcome;
+    // The rise alone cannot tell a gain from a delay.
+    if (const Miss* miss = std::get_if<Miss>(&outcome); miss && *miss == Miss::sensors_contradict)
+      return outcome;
     if (!to_peak) whole = std::move(outcome);
   }
   return whole;

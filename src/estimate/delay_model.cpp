@@ -177,14 +177,6 @@ void DelayModel::add_priors(Point& point, bool with_derivatives) const {
   }
 }
 
-double DelayModel::prior_chi2(const Eigen::VectorXd& value, double acceleration_variance) const {
-  const double rate_mps2 = value[kAlpha] * problem_.baseline_m.mean * std::exp(-value[kLogDelay]);
-  double sum = rate_mps2 * rate_mps2 / acceleration_variance;
-  if (problem_.log_ratio.std > 0.0)
-    sum += std::pow((value[kLogFarGain] - problem_.log_ratio.mean) / problem_.log_ratio.std, 2);
-  return sum;
-}
-
 DelayModel::Point DelayModel::minimise(Eigen::VectorXd value, bool move_delay,
                                        int most_iterations) const {
   constexpr double kEnough = 1e-4;  // of half a chi-square

@@ -70,8 +70,6 @@ class DelayModel {
     Eigen::VectorXd speed_slopes, acceleration_slopes;  ///< by all unknowns
   };
   Motion motion_at(const Eigen::VectorXd& value, double tau_s) const;
-  /// Sum of squares by which gains and acceleration miss what was known of them, in sigmas.
-  double prior_chi2(const Eigen::VectorXd& value, double acceleration_variance) const;
 
  private:
   struct Light {

@@ -149,6 +149,24 @@ TEST(Delay, AGainRatioIsFoundAndDoesNotBendTheSpeed) {
   EXPECT_NEAR(fit.speed.speed_mps, vehicle.speed_at_mps(fit.speed.time_s), 4.0 * fit.speed.std_mps);
 }
 
+TEST(Delay, AGainThatTheSiteDeniesDoesNotBendTheSpeed) {
+  constexpr double kStated = 0.002;
+  const Site site = simulated::two_photodiodes(2.0, kStated);
+  for (const double gain : {0.97, 0.99, 1.01, 1.03})
+    for (const double speed_mps : {12.0, 20.0, 33.0}) {
+      const simulated::Vehicle vehicle{.speed_mps = speed_mps};
+      const auto outcome = pair_of(vehicle, site, {}, gain).speed(site);
+      const auto* fit = std::get_if<DelayFit>(&outcome);
+      if (!fit) {
+        EXPECT_GT(std::abs(gain - 1.0), 10.0 * kStated) << "withheld where it need not be";
+        EXPECT_EQ(std::get<Miss>(outcome), Miss::sensors_contradict);
+        continue;
+      }
+      const double error_mps = fit->speed.speed_mps - vehicle.speed_at_mps(fit->speed.time_s);
+      EXPECT_LT(std::abs(error_mps), 4.0 * fit->speed.std_mps) << gain << " " << speed_mps;
+    }
+}
+
 TEST(Delay, AMismatchThatGrowsWithTheAngleIsInTheSigma) {
   constexpr double kMismatch = 0.01;
   const Site site = simulated::two_photodiodes(2.0, kMismatch);
