@@ -128,7 +128,13 @@ class Measuring {
     // The lights may have misled: a vehicle that is not explained so may be as it was seen.
     if (estimate.result.withheld) return estimate_vehicle(one.track, site_, power);
     for (std::size_t i = 0; i < estimate.rows.size(); ++i)
-      estimate.rows[i].sighting = one.track.sightings[i];  // where the image shows them
+      for (const auto lamp_of : {&VehicleSighting::left, &VehicleSighting::right}) {
+        const auto& seen = one.track.sightings[i].*lamp_of;
+        auto& shown = estimate.rows[i].sighting.*lamp_of;
+        if (!seen || !shown) continue;
+        shown->centre_px = seen->centre_px;  // where the image shows it
+        shown->centre_sigma_px = seen->centre_sigma_px;
+      }
     return estimate;
   }
 

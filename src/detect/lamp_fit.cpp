@@ -279,11 +279,10 @@ void LampFitter::find_leverage(const Matrix& covariance) {
   set_forms(rows_, factor_, leverage_);
 }
 
-// Of the information, and of what the residuals themselves say of their variance (Huber 1967): the
-// larger on the diagonal. The camera's electrons are not known. A residual counts as if its pixel
-// had no part in the fit (MacKinnon and White 1985): where few pixels tell, about the rim, the fit
-// follows them.
-LampFitter::Matrix LampFitter::covariance(const Matrix& inverse) {
+// By what the residuals themselves say of their variance (Huber 1967). A residual counts as if its
+// pixel had no part in the fit (MacKinnon and White 1985): where few pixels tell, about the rim,
+// the fit follows them.
+LampFitter::Matrix LampFitter::observed_covariance(const Matrix& inverse) {
   find_leverage(inverse);
   factor_ = accepted_.weight;
   for (std::size_t k = 0; k < samples_.clear; ++k) {
@@ -291,7 +290,7 @@ LampFitter::Matrix LampFitter::covariance(const Matrix& inverse) {
     factor_[k] = accepted_.pull[k] * accepted_.pull[k] / (alone * alone);
   }
   const Matrix spread = coding_.correlated_px * squares(factor_);
-  return (inverse * result_.variance_factor).cwiseMax(inverse * spread * inverse);
+  return inverse * spread * inverse;
 }
 
 LampFitter::Vector LampFitter::by_wing_share() {
@@ -360,25 +359,38 @@ const LampsFit& LampFitter::fit(const FrameLight& light, std::span<const LampGue
   if (information.info() != Eigen::Success || !information.isPositive()) return result_;
   const Matrix inverse = information.solve(Matrix::Identity(size(), size()));
   list_rows(accepted_);
-  const Matrix found_covariance = covariance(inverse);
+  const Matrix informed = inverse * result_.variance_factor,
+               observed = observed_covariance(inverse);
   const Vector by_wings = wing_share_sigma_ > 0.0
                               ? Vector(information.solve(by_wing_share()) * wing_share_sigma_)
                               : Vector::Zero(size());
-  const auto sigma = [&](Eigen::Index i) {
-    return std::hypot(std::sqrt(std::max(found_covariance(i, i), 0.0)), by_wings[i]);
+  // Of a sum of parameters: the larger of the two, for the camera's electrons are not known.
+  const auto sigma_of = [&](const Vector& factors) {
+    const double variance =
+        std::max(factors.dot(informed * factors), factors.dot(observed * factors));
+    return std::hypot(std::sqrt(std::max(variance, 0.0)), by_wings.dot(factors));
   };
+  const auto sigma = [&](Eigen::Index i) { return sigma_of(Vector::Unit(size(), i)); };
   for (std::size_t i = 0; i < guesses.size(); ++i) {
     const Eigen::Index at = base(i);
     LampFit lamp;
     lamp.flux = std::exp(parameters_[at]);
-    const bool clips = guesses[i].rim_px > 0.0;
-    lamp.flux_sigma =
-        lamp.flux * std::hypot(sigma(at), clips ? coding_.clipped_share : coding_.flux_share);
+    const double coding_share =
+        guesses[i].rim_px > 0.0 ? coding_.clipped_share : coding_.flux_share;
+    lamp.log_flux_sigma_at_radius = std::hypot(sigma(at), coding_share);
+    lamp.flux_sigma = lamp.flux * lamp.log_flux_sigma_at_radius;
     lamp.centre_px = parameters_.segment<2>(at + 1);
     for (Eigen::Index axis = 0; axis < 2; ++axis)
       lamp.centre_sigma_px[axis] = std::hypot(sigma(at + 1 + axis), coding_.centre_px);
     lamp.radius_px = images_[i].radius_px();
-    if (per_lamp_ == 4) lamp.radius_sigma_px = sigma(at + 3) / (2.0 * lamp.radius_px);
+    if (per_lamp_ == 4) {
+      lamp.radius_sigma_px = sigma(at + 3) / (2.0 * lamp.radius_px);
+      const double per_radius2 = inverse(at, at + 3) / inverse(at + 3, at + 3);
+      lamp.log_flux_per_radius = 2.0 * lamp.radius_px * per_radius2;
+      Vector at_radius = Vector::Unit(size(), at);
+      at_radius[at + 3] = -per_radius2;
+      lamp.log_flux_sigma_at_radius = std::hypot(sigma_of(at_radius), coding_share);
+    }
     result_.lamps.push_back(lamp);
   }
   result_.background = parameters_[base(guesses.size())];

@@ -17,6 +17,8 @@ struct LampFit {
   Eigen::Vector2d centre_sigma_px = Eigen::Vector2d::Ones();
   double radius_px = 0.0, radius_sigma_px = 0.0;  ///< of the disc; sigma 0 where it was known
   double flux = 0.0, flux_sigma = 0.0;            ///< in units of one pixel at nominal white
+  double log_flux_per_radius = 0.0;               ///< see LampLight; 0 where the radius was known
+  double log_flux_sigma_at_radius = 0.0;          ///< see LampLight
 };
 
 struct LampsFit {
@@ -112,7 +114,7 @@ class LampFitter {
   Vector step(const Sum& sum, double damping) const;
   std::optional<Vector> moved(const Vector& move, std::span<const LampGuess> guesses) const;
   void find_leverage(const Matrix& covariance);
-  Matrix covariance(const Matrix& inverse);
+  Matrix observed_covariance(const Matrix& inverse);
   Vector by_wing_share();
   bool climb(const FrameLight& light, std::span<const LampGuess> guesses, bool go_on, Sum& sum);
   void judge(std::span<const LampGuess> guesses);

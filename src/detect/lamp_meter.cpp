@@ -17,7 +17,6 @@ constexpr double kMostMove_px = 25.0;
 /// A fit that goes further than this from where the light was seen has found something else.
 constexpr double kMostShift_px = 1.5;
 constexpr double kMostShiftShare = 0.3;  // of the light's spread
-constexpr double kLeastKnown = 0.3;      // relative sigma of a flux that is worth having
 /// A lamp starts from the radius of the last frame, and every so many frames from anew.
 constexpr int kLooks = 16;
 constexpr double kFirstRadius = 0.6;  // of a disc that is not known, of its rim
@@ -159,9 +158,17 @@ bool LampMeter::fit_group(const FrameLight& light, std::size_t group,
     starts_[members_[i]].radius_px = lamp.radius_px;
     starts_[members_[i]].flux = lamp.flux;
     if (fit.bad_fit) continue;
-    if (lamp.flux_sigma < kLeastKnown * lamp.flux)
-      seen.lamp = LampLight{lamp.flux, lamp.flux_sigma, lamp.radius_px, lamp.radius_sigma_px,
-                            light.coding.has_value()};
+    const LampLight measured{lamp.flux,
+                             lamp.flux_sigma,
+                             lamp.radius_px,
+                             lamp.radius_sigma_px,
+                             lamp.log_flux_per_radius,
+                             lamp.log_flux_sigma_at_radius,
+                             light.coding.has_value()};
+    LampLight at_radius = measured;
+    at_radius.flux_sigma = lamp.flux * lamp.log_flux_sigma_at_radius;
+    // Other pictures may tell its radius.
+    if (measured.told() || (measured.coded && at_radius.told())) seen.lamp = measured;
     seen.centre_px = lamp.centre_px;
     seen.centre_sigma_px = lamp.centre_sigma_px;
   }

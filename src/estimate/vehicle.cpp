@@ -13,6 +13,7 @@
 #include "estimate/hypotheses.h"
 #include "estimate/intensity_methods.h"
 #include "estimate/joint_fit.h"
+#include "estimate/lamp_size.h"
 #include "estimate/mixture.h"
 #include "estimate/speed_budget.h"
 #include "estimate/speed_gate.h"
@@ -259,9 +260,11 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
     geometry.speed = result.speed;
   result.methods.push_back(geometry);
 
+  const VehicleTrack sized =
+      trajectories.empty() ? track : with_held_sizes(track, trajectories.front(), *site.camera);
   if (track.direction == Direction::oncoming && !site.ego) {
     const Trajectory* trajectory = trajectories.empty() ? nullptr : &trajectories.front();
-    result.methods.push_back(camera_intensity_method(track, site, trajectory));
+    result.methods.push_back(camera_intensity_method(sized, site, trajectory));
     if (!power.empty()) {
       for (MethodResult& row : photodiode_methods(track, site, power, trajectory))
         result.methods.push_back(std::move(row));
@@ -276,7 +279,7 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
   if (!trajectories.empty() && !result.withheld && result.used_camera)
     check_sensors(trajectories, result);
   if (!trajectories.empty() && !result.withheld && result.used_camera) {
-    estimate.rows = bearing_rows(track, fitted_camera(*site.camera, trajectories.front()), site);
+    estimate.rows = bearing_rows(sized, fitted_camera(*site.camera, trajectories.front()), site);
     add_states(trajectories, estimate.rows);
     warn_of_doubt(trajectories, result.speed.time_s, result);
     estimate.trajectories = std::move(trajectories);

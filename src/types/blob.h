@@ -40,15 +40,25 @@ struct LampLight {
   double flux_sigma = 0.0;
   double radius_px = 0.0;
   double radius_sigma_px = 0.0;
+  /// At a given rim a smaller lamp is a brighter one. Were the radius known, d px above this one,
+  /// ln flux would be `log_flux_per_radius` d more, with a sigma of `log_flux_sigma_at_radius`.
+  double log_flux_per_radius = 0.0;
+  double log_flux_sigma_at_radius = 0.0;
   /// From a picture coded with loss: errs alike in many pictures and otherwise as the lamp grows,
   /// so that its change over time is not known as well as the flux.
   bool coded = false;
+
+  /// Whether the flux is known to better than a factor.
+  bool told() const {
+    constexpr double kMostSigma = 0.3;  // of the flux
+    return flux_sigma < kMostSigma * flux;
+  }
 };
 
-/// The lamp's light where it was fitted, else what is seen of it; of a Blob or a LampSighting.
+/// The lamp's light where a fit tells it, else what is seen of it; of a Blob or a LampSighting.
 template <class Seen>
 LampLight light_of(const Seen& seen) {
-  return seen.lamp ? *seen.lamp : LampLight{seen.flux, seen.flux_sigma};
+  return seen.lamp && seen.lamp->told() ? *seen.lamp : LampLight{seen.flux, seen.flux_sigma};
 }
 
 /// One bright spot of one frame. Positions are in the upright image (after the clip's rotation),
@@ -62,7 +72,7 @@ struct Blob {
   double flux = 0.0;
   double flux_sigma = 0.0;
   /// Absent without a calibrated point-spread function, with Defect::bad_fit, and where a fit tells
-  /// no more than a factor.
+  /// no more than a factor; in pictures coded with loss, where it does so at a known radius too.
   std::optional<LampLight> lamp;
   int area_px = 0;       ///< pixels above the blob's threshold
   int saturated_px = 0;  ///< pixels at or above the clipping code

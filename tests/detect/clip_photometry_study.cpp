@@ -81,7 +81,7 @@ Found measured(const Scenario& scenario, bool psf_known, int least_area_px) {
       const Eigen::Vector2d off_px = (blob.centre_px - lamp->centre_px).cwiseAbs();
       for (const int axis : {0, 1})
         found.covered_axes += off_px[axis] < 1.96 * blob.centre_sigma_px[axis];
-      if (!blob.lamp) continue;
+      if (!blob.lamp || !blob.lamp->told()) continue;
       const double true_flux = lamp->flux / image.full_well_e / *camera.exposure_s;
       found.flux_ln.push_back(std::log(blob.lamp->flux / true_flux));
       found.covered += std::abs(blob.lamp->flux - true_flux) < 1.96 * blob.lamp->flux_sigma;

@@ -84,6 +84,32 @@ TEST(LampFit, AKnownLampTakesOneLookAtAStep) {
   }
 }
 
+// What a fit says of its light at another radius is what a fit finds that is told this radius.
+TEST(LampFit, TellsWhatItsLightIsAtAnotherRadius) {
+  const LinearCamera camera;
+  LampPictures pictures(kGlare, kSize_px);
+  Random random(23);
+  LampFitter fitter(kGlare);
+  constexpr double kOther_px = 0.03;
+  for (const double times : {3.0, 50.0}) {
+    const FrameLight frame =
+        camera.expose(pictures.of({LampPictures::lamp(32.2, 31.7, 2.0, pictures.flux(2.0, times))}),
+                      kSize_px, random);
+    LampGuess guess = guess_of(frame, 1.2);
+    const LampFit free = fitter.fit(frame, {{guess}}, false).lamps.at(0);
+    guess.radius_px = free.radius_px;
+    const LampFit same = fitter.fit(frame, {{guess}}, true).lamps.at(0);
+    guess.radius_px = free.radius_px + kOther_px;
+    const LampFit known = fitter.fit(frame, {{guess}}, true).lamps.at(0);
+    EXPECT_LT(free.log_flux_per_radius, -0.1) << times;
+    EXPECT_NEAR(std::log(known.flux / free.flux) / (free.log_flux_per_radius * kOther_px), 1.0, 0.1)
+        << times;
+    EXPECT_NEAR(same.flux_sigma / same.flux / free.log_flux_sigma_at_radius, 1.0, 0.1) << times;
+    EXPECT_GT(free.flux_sigma / free.flux, 1.5 * free.log_flux_sigma_at_radius) << times;
+    EXPECT_EQ(known.log_flux_per_radius, 0.0);
+  }
+}
+
 TEST(LampFit, TwoLampsThatRunTogetherAreToldApart) {
   const LinearCamera camera;
   LampPictures pictures(kGlare, kSize_px);

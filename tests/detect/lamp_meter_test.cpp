@@ -131,6 +131,38 @@ TEST(LampMeter, KnowsLampsOfCodedPicturesLessWell) {
   EXPECT_LT(taken_for_lossless, inside);
 }
 
+// A far lamp's radius is hardly told by one picture, and its light with it.
+TEST(LampMeter, KeepsLightOfCodedPicturesThatARadiusWouldTell) {
+  LampPictures pictures(kGlare, kSize_px);
+  DetectOptions lossy;
+  lossy.lossy = true;
+  constexpr int kTrials = 20;
+  constexpr double kMost = 0.3, kRadius_px = 0.8;
+  const double flux = pictures.flux(kRadius_px, 20.0);
+  int untold = 0, inside = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const Frame frame = coded(
+        frame_of(pictures.of({LampPictures::lamp(60.3, 60.0 + 0.05 * trial, kRadius_px, flux)}),
+                 static_cast<std::uint64_t>(180 + trial)),
+        static_cast<std::uint64_t>(trial));
+    Detector detector(lossy, Response(), std::nullopt, PsfSite{kGlare, 0.0});
+    for (const Blob& blob : detector.detect(frame).blobs) {
+      if (blob.saturated_px < 4 || !blob.lamp) continue;
+      EXPECT_LT(blob.lamp->log_flux_sigma_at_radius, kMost);
+      if (blob.lamp->told()) continue;
+      ++untold;
+      EXPECT_GE(blob.lamp->flux_sigma, kMost * blob.lamp->flux);
+      EXPECT_EQ(light_of(blob).flux, blob.flux);
+      const double at_radius_ln =
+          std::log(blob.lamp->flux / flux) +
+          blob.lamp->log_flux_per_radius * (kRadius_px - blob.lamp->radius_px);
+      inside += std::abs(at_radius_ln) < kMost;
+    }
+  }
+  EXPECT_GE(untold, kTrials / 4);
+  EXPECT_GE(inside, 0.8 * untold);
+}
+
 TEST(LampMeter, WhatIsNoDiscIsMarkedAndKeepsItsPlainMeasures) {
   // A bar of light, as a lit sign: no lamp has this picture.
   std::vector<double> light(static_cast<std::size_t>(kSize_px * kSize_px), 0.0);
