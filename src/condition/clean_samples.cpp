@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 
+#include "condition/stuck_samples.h"
+
 namespace vildar {
 namespace {
 
@@ -80,11 +82,6 @@ double share_of_equals(const std::vector<float>& values, float lowest, float hig
   });
   return all > 0 ? static_cast<double>(equal) / static_cast<double>(all) : 1.0;
 }
-
-/// Samples [first, last).
-struct Span {
-  std::size_t first = 0, last = 0;
-};
 
 /// Runs of at least `least` samples for which `is_at_end` holds. Such a run cannot miss every
 /// `least`-th sample, so only those are looked at.
@@ -205,6 +202,22 @@ void put_in_order(CleanSamples& clean) {
   clean.values = std::move(kept);
 }
 
+/// `runs` in order.
+void leave_out(const std::vector<Span>& runs, const std::string& reason, CleanSamples& clean) {
+  if (runs.empty()) return;
+  std::size_t kept = runs.front().first;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    clean.rejected[reason] += static_cast<std::int64_t>(runs[r].last - runs[r].first);
+    const std::size_t end = r + 1 < runs.size() ? runs[r + 1].first : clean.values.size();
+    for (std::size_t i = runs[r].last; i < end; ++i, ++kept) {
+      clean.time_s[kept] = clean.time_s[i];
+      clean.values[kept] = clean.values[i];
+    }
+  }
+  clean.time_s.resize(kept);
+  clean.values.resize(kept);
+}
+
 }  // namespace
 
 CleanSamples clean_samples(const std::vector<double>& time_s, const std::vector<float>& values,
@@ -224,20 +237,9 @@ CleanSamples clean_samples(const std::vector<double>& time_s, const std::vector<
   put_in_order(finite);
   if (finite.values.empty()) return finite;
 
-  const std::vector<Span> runs =
-      clipped(finite.values, rails_of(finite.values, quantity, photodiode));
-  if (runs.empty()) return finite;
-  std::size_t kept = runs.front().first;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    finite.rejected["clipped"] += static_cast<std::int64_t>(runs[r].last - runs[r].first);
-    const std::size_t end = r + 1 < runs.size() ? runs[r + 1].first : finite.values.size();
-    for (std::size_t i = runs[r].last; i < end; ++i, ++kept) {
-      finite.time_s[kept] = finite.time_s[i];
-      finite.values[kept] = finite.values[i];
-    }
-  }
-  finite.time_s.resize(kept);
-  finite.values.resize(kept);
+  leave_out(clipped(finite.values, rails_of(finite.values, quantity, photodiode)), "clipped",
+            finite);
+  leave_out(stuck_runs(finite.time_s, finite.values), "stuck", finite);
   return finite;
 }
 

@@ -20,6 +20,7 @@ namespace vildar {
 ///   from 0 and from a maximum that is the top code of a converter; where neither is known, runs
 ///   of 5 or more exactly equal samples at the trace's maximum or minimum count as clipped, longer
 ///   ones where the converter makes neighbours equal anyhow (its minimum then counts as dark);
+/// - `stuck`: a value held for 0.05 s or more, longer than the noise about it allows (a hang);
 /// - `negative`: samples below zero by far more than the noise and the darkest part explain.
 ///
 /// `ambient_w` is the level of the darkest part of the trace in 50 ms means (whole periods of 100

@@ -102,6 +102,10 @@ TEST_F(BrokenTrace, SamplesThatCannotBeUsedAreFourCountedAndNamed) {
          for (int k = 100; k < 130; ++k) all[k].power_w = k % 2 == 0 ? "-2e-8" : "-3e-8";
        },
        "30 samples of pd0 left out: negative"},
+      {[](auto& all) {
+         for (int k = 500; k < 1000; ++k) all[k].power_w = all[499].power_w;
+       },
+       "501 samples of pd0 left out: stuck"},
       {[](auto& all) { std::swap(all[100], all[200]); }, "2 samples of pd0 left out: out_of_order"},
       {[](auto& all) {
          for (int k = 100; k < 110; ++k) all[k].t_s = all[99].t_s;
