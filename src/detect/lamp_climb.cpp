@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "detect/lamp_fit.h"
-#include "detect/pixel_sums.h"
 
 namespace vildar {
 namespace {
@@ -14,35 +13,25 @@ constexpr double kLeastRadius_px = 0.1;  // a point, to any PSF of half a pixel 
 constexpr std::size_t kBackgroundPixels = 256;
 constexpr int kMostIterations = 20;
 // Expected fall of the cost: a sixteenth of a sigma, and one small enough for the next step to be
-// the last, which nobody needs to look at: what it leaves is a tenth of it. Nor does anybody where
-// it leaves a seventh of a sigma if it gets as much nearer as the step before it did.
-constexpr double kDone = 4e-3, kLastStep = 0.04, kLeft = 0.02;
+// the last, which nobody needs to look at: what it leaves is a tenth of it.
+constexpr double kDone = 4e-3, kLastStep = 0.04;
 constexpr double kRounding = 1e-6, kLeastFall = 1e-3;  // of costs in single precision
 
 }  // namespace
-
-// The median of what is made of the first pixels, every so many of them; less than half of what
-// clips.
-template <class Make>
-double LampFitter::middle_light(const FrameLight& light, std::size_t pixels, const Make& make) {
-  const std::size_t step = pixels / kBackgroundPixels + 1;
-  lights_.clear();
-  for (std::size_t k = 0; k < pixels; k += step)
-    if (samples_.keep[k] != 0.0F) lights_.push_back(make(k));
-  if (lights_.empty()) return 0.0;
-  const auto middle = lights_.begin() + static_cast<std::ptrdiff_t>(lights_.size() / 2);
-  std::nth_element(lights_.begin(), middle, lights_.end());
-  return std::min(static_cast<double>(*middle), 0.5 * light.clip_light);
-}
 
 // Where pixels clip, the rim fixes the flux for each radius, a share of the rim's.
 void LampFitter::start(const FrameLight& light, std::span<const LampGuess> guesses,
                        double rim_share, bool radius_known) {
   const double core_px = image_.shape().core_sigma_px;
+  // Every so many pixels tell the background.
+  const std::size_t step = samples_.size() / kBackgroundPixels + 1;
+  lights_.clear();
+  for (std::size_t k = 0; k < samples_.size(); k += step)
+    if (samples_.keep[k] != 0.0F) lights_.push_back(samples_.light[k] - samples_.others[k]);
+  const auto middle = lights_.begin() + static_cast<std::ptrdiff_t>(lights_.size() / 2);
+  std::nth_element(lights_.begin(), middle, lights_.end());
+  const double background = std::min(static_cast<double>(*middle), 0.5 * light.clip_light);
   const auto seen_flux = [&] {
-    const double background = middle_light(light, samples_.size(), [&](std::size_t k) {
-      return samples_.light[k] - samples_.others[k];
-    });
     double sum = 0.0, most = 0.0;
     for (std::size_t k = 0; k < samples_.size(); ++k) {
       if (samples_.keep[k] == 0.0F) continue;
@@ -54,6 +43,7 @@ void LampFitter::start(const FrameLight& light, std::span<const LampGuess> guess
     return std::max(sum, 3.0 * (most - background)) / static_cast<double>(guesses.size());
   };
   Vector first = Vector::Zero(size());
+  first[base(guesses.size())] = background;
   for (std::size_t i = 0; i < guesses.size(); ++i) {
     const LampGuess& guess = guesses[i];
     double radius_px =
@@ -122,36 +112,11 @@ std::optional<LampFitter::Vector> LampFitter::moved(const Vector& move,
   return after;
 }
 
-// The level of what the lamps, where they are taken to be, leave over.
-void LampFitter::start_background(const FrameLight& light) {
-  parameters_[base(images_.size())] = middle_light(light, samples_.clear, [&](std::size_t k) {
-    float rest = samples_.light[k] - samples_.others[k];
-    for (std::size_t i = 0; i < images_.size(); ++i)
-      rest -= static_cast<float>(scale_[base(i)]) * trial_.lamps[i].share[k];
-    return rest;
-  });
-}
-
-// What is left over after a small step from the parameters accepted last.
-void LampFitter::follow(const Vector& change) {
-  list_rows(accepted_);
-  factor_.clear();
-  for (Eigen::Index i = 0; i < size(); ++i)
-    factor_.push_back(static_cast<float>(-change[i] * scale_[i]));
-  const std::span<float> residual = std::span(accepted_.residual).first(samples_.clear);
-  set_rows(rows_, factor_, residual, residual);
-  for (std::size_t k = 0; k < residual.size(); ++k)
-    accepted_.pull[k] = residual[k] * accepted_.weight[k];
-}
-
 // Levenberg and Marquardt; true where it came to rest.
-bool LampFitter::climb(const FrameLight& light, std::span<const LampGuess> guesses, bool go_on,
-                       Sum& sum) {
-  lay_images();
-  if (!go_on) start_background(light);
+bool LampFitter::climb(const FrameLight& light, std::span<const LampGuess> guesses, Sum& sum) {
   sum = add_up(light);
   std::swap(accepted_, trial_);
-  double damping = 1e-3, fall_before = 0.0;
+  double damping = 1e-3;
   for (int i = 0; i < kMostIterations; ++i, ++result_.iterations) {
     Vector move = step(sum, damping);
     if (!move.allFinite()) return false;
@@ -160,24 +125,16 @@ bool LampFitter::climb(const FrameLight& light, std::span<const LampGuess> guess
     const std::optional<Vector> after = moved(move, guesses);
     if (!after) return false;
     const Vector before = parameters_;
-    if (damping < 1.0 && (fall < kLastStep || fall * fall < kLeft * fall_before)) {
-      follow(*after - before);
-      set_parameters(*after);
-      sum.cost -= fall;
-      return true;
-    }
     set_parameters(*after);
-    lay_images();
+    if (damping < 1.0 && fall < kLastStep) return true;
     Sum trial = add_up(light);
     if (trial.frozen_cost <= (1.0 + kRounding) * sum.cost + kLeastFall) {
       sum = std::move(trial);
       std::swap(accepted_, trial_);
       damping = std::max(0.2 * damping, 1e-7);
-      fall_before = fall;
     } else {
       set_parameters(before);
       damping = std::max(10.0 * damping, 1e-4);
-      fall_before = 0.0;
       if (damping > 1e8) return false;
     }
   }
@@ -196,7 +153,7 @@ bool LampFitter::climb_from_best(const FrameLight& light, std::span<const LampGu
     start(light, guesses, share, radius_known);
     Sum sum;
     last_is_best = false;
-    if (!climb(light, guesses, false, sum)) continue;
+    if (!climb(light, guesses, sum)) continue;
     judge(guesses);
     double cost = sum.cost;
     for (std::size_t k = 0; k < samples_.clear && several; ++k)
@@ -211,7 +168,6 @@ bool LampFitter::climb_from_best(const FrameLight& light, std::span<const LampGu
   }
   if (!found || last_is_best) return found;
   set_parameters(best_parameters);
-  lay_images();
   add_up(light);
   std::swap(accepted_, trial_);
   result_ = best_result;
@@ -229,7 +185,7 @@ bool LampFitter::fit_background(const FrameLight& light, std::span<const LampGue
                                 [](const LampGuess& guess) { return guess.radius_px.has_value(); });
   if (go_on) {
     parameters_.tail(size() - before).setZero();
-    if (climb(light, guesses, true, sum)) {
+    if (climb(light, guesses, sum)) {
       judge(guesses);
       return true;
     }

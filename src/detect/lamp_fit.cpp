@@ -173,7 +173,10 @@ void LampFitter::weigh_clipped(const FrameLight& light, Sum& sum) {
   }
 }
 
-void LampFitter::lay_images() {
+// Scores with the variance of the model rather than of the pixel: the likelihood's own for counts,
+// and without the bias of weights that know the noise.
+LampFitter::Sum LampFitter::add_up(const FrameLight& light) {
+  const std::size_t clear = samples_.clear;
   trial_.resize(images_.size(), samples_.size());
   for (std::size_t i = 0; i < images_.size(); ++i)
     for (const Smear& smear : smears_[i]) {
@@ -185,12 +188,6 @@ void LampFitter::lay_images() {
         images_[i].add_to(trial_.lamps[i], samples_.u_px, samples_.v_px, at_px, smear.weight);
     }
   list_rows(trial_);
-}
-
-// Scores with the variance of the model rather than of the pixel: the likelihood's own for counts,
-// and without the bias of weights that know the noise.
-LampFitter::Sum LampFitter::add_up(const FrameLight& light) {
-  const std::size_t clear = samples_.clear;
   const auto terms = static_cast<std::size_t>(attempt_.background_terms);
   factor_.clear();
   for (Eigen::Index i = base(images_.size()); i < size(); ++i)

@@ -105,18 +105,13 @@ class LampFitter {
   void weigh_clipped(const FrameLight& light, Sum& sum);
   Matrix squares(std::span<const float> weight);
   Vector products(std::span<const float> factor);
-  void lay_images();
-  template <class Make>
-  double middle_light(const FrameLight& light, std::size_t pixels, const Make& make);
-  void start_background(const FrameLight& light);
-  void follow(const Vector& change);
   Sum add_up(const FrameLight& light);
   Vector step(const Sum& sum, double damping) const;
   std::optional<Vector> moved(const Vector& move, std::span<const LampGuess> guesses) const;
   void find_leverage(const Matrix& covariance);
   Matrix observed_covariance(const Matrix& inverse);
   Vector by_wing_share();
-  bool climb(const FrameLight& light, std::span<const LampGuess> guesses, bool go_on, Sum& sum);
+  bool climb(const FrameLight& light, std::span<const LampGuess> guesses, Sum& sum);
   void judge(std::span<const LampGuess> guesses);
   bool fit_background(const FrameLight& light, std::span<const LampGuess> guesses,
                       bool radius_known, bool go_on, Sum& sum);

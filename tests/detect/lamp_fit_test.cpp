@@ -47,43 +47,6 @@ TEST(LampFit, FindsALampFarBeyondFullWell) {
   }
 }
 
-// The step that nobody looks at leaves nothing that counts, of the lamp or of what is left over.
-TEST(LampFit, AKnownLampTakesOneLookAtAStep) {
-  const LinearCamera camera;
-  LampPictures pictures(kGlare, kSize_px);
-  Random random(22);
-  LampFitter fitter(kGlare);
-  constexpr int kTrials = 24;
-  constexpr double kOfASigma = 0.25, kOfChi2 = 0.02;
-  for (const double times : {20.0, 200.0}) {
-    double looks = 0.0;
-    for (int trial = 0; trial < kTrials; ++trial) {
-      const double disc_px = random.uniform(1.0, 4.0), flux = pictures.flux(disc_px, times);
-      const double u = 32.0 + random.uniform(-0.5, 0.5), v = 32.0 + random.uniform(-0.5, 0.5);
-      const FrameLight frame =
-          camera.expose(pictures.of({LampPictures::lamp(u, v, disc_px, flux)}), kSize_px, random);
-      LampGuess guess = guess_of(frame, 1.2);
-      guess.centre_px = {u + random.uniform(-0.05, 0.05), v + random.uniform(-0.05, 0.05)};
-      guess.radius_px = disc_px * random.uniform(0.99, 1.01);
-      guess.flux = flux * random.uniform(0.98, 1.02);
-      const LampsFit near = fitter.fit(frame, {{guess}}, false);
-      ASSERT_EQ(near.lamps.size(), 1U);
-      looks += static_cast<double>(near.iterations) / kTrials;
-      guess.centre_px = near.lamps[0].centre_px;
-      guess.radius_px = near.lamps[0].radius_px;
-      guess.flux = near.lamps[0].flux;
-      const LampsFit& nearer = fitter.fit(frame, {{guess}}, false);
-      ASSERT_EQ(nearer.lamps.size(), 1U);
-      EXPECT_NEAR(near.lamps[0].flux, nearer.lamps[0].flux, kOfASigma * nearer.lamps[0].flux_sigma);
-      for (const Eigen::Index axis : {0, 1})
-        EXPECT_NEAR(near.lamps[0].centre_px[axis], nearer.lamps[0].centre_px[axis],
-                    kOfASigma * nearer.lamps[0].centre_sigma_px[axis]);
-      EXPECT_NEAR(near.chi2_per_dof / nearer.chi2_per_dof, 1.0, kOfChi2);
-    }
-    EXPECT_LT(looks, 1.5) << times << " times white";
-  }
-}
-
 // What a fit says of its light at another radius is what a fit finds that is told this radius.
 TEST(LampFit, TellsWhatItsLightIsAtAnotherRadius) {
   const LinearCamera camera;
