@@ -233,12 +233,13 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
     for (const PowerBlock& block : side->blocks) speed.samples_used += block.samples;
 }
 
+constexpr Eigen::Index kGain = 2;  // among the known
+
 // Of the gain as fitted. From what was said of it data can lead as far as they took its variance
 // away, and unlike angular responses further.
 double gain_chi2(const Uncertain& log_ratio, const DelayMotion& found) {
   if (!(log_ratio.std > 0.0)) return 0.0;
-  constexpr double kLeastTold = 0.2;  // of the variance; less is what a mean over wanders leaves
-  constexpr Eigen::Index kGain = 2;   // among the known
+  constexpr double kLeastTold = 0.2;  // of the variance: the covariance is a mean over wanders
   const double variance = log_ratio.std * log_ratio.std;
   const double told = std::max(kLeastTold * variance, variance - found.covariance(kGain, kGain));
   return std::pow(found.value[kLogFarGain] - log_ratio.mean, 2) /
@@ -276,7 +277,8 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   fit.bend_mps = bend_mps(rows, model, motion->value);
   fit.log_ratio = motion->value[kLogFarGain];
   if (problem.log_ratio.std > 0.0)
-    fit.log_ratio_std = std::hypot(std::sqrt(motion->covariance(2, 2)), motion->mismatch[2]);
+    fit.log_ratio_std =
+        std::hypot(std::sqrt(motion->covariance(kGain, kGain)), motion->mismatch[kGain]);
 
   constexpr double kWorstMismatch = 0.03;  // rms of the light
   double error2 = 0.0, light2 = 0.0;

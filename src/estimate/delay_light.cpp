@@ -123,6 +123,16 @@ Outcome<DelaySide> side_of(const PowerTrace& trace, const Site& site, double fro
   return side;
 }
 
+// Whether both are for the most part of one time: else edges have left each another stretch of the
+// light.
+bool overlap(const std::vector<PowerBlock>& one, const std::vector<PowerBlock>& other) {
+  const double both_s = std::min(one.back().time_s, other.back().time_s) -
+                        std::max(one.front().time_s, other.front().time_s);
+  const double shorter_s =
+      std::min(one.back().time_s - one.front().time_s, other.back().time_s - other.front().time_s);
+  return both_s >= 0.5 * shorter_s;
+}
+
 // From the path of the lamps of the farthest lane: of several any may be the vehicle's.
 double perpendicular_m(const Site& site, const PhotodiodeSite& receiver) {
   constexpr double kRoadside_m = 4.0;  // where no lane is given
@@ -167,6 +177,7 @@ Outcome<DelayProblem> delay_problem(const Site& site, const PowerTrace& one,
     if (const Miss* miss = std::get_if<Miss>(&found)) return *miss;
     *side = std::get<DelaySide>(std::move(found));
   }
+  if (!overlap(problem.near.blocks, problem.far.blocks)) return Miss::bad_fit;
   return problem;
 }
 

@@ -18,6 +18,7 @@ bool is_edge(const std::vector<PowerBlock>& blocks, std::ptrdiff_t from) {
     return blocks[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i, 0, last))];
   };
   const PowerBlock &before = at(from), &after = at(from + kReach);
+  if (after.time_s - before.time_s > (kReach + 0.5) * before.duration_s) return false;
   const double change_w = std::abs(after.power_w - before.power_w);
   const double around_w = std::abs(before.power_w - at(from - kReach).power_w) +
                           std::abs(at(from + 2 * kReach).power_w - after.power_w);

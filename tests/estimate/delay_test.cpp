@@ -95,6 +95,21 @@ TEST(Delay, AnEdgeTellsNoDelay) {
   }
 }
 
+// A bar before each photodiode parts the light into stretches, of which each keeps another.
+TEST(Delay, StretchesOfDifferentTimesGiveNone) {
+  constexpr double kNoise_w = 1e-3;
+  Random random(6);
+  Pair pair = vanishing(20.0, 60.0, 2.0, kNoise_w, random);
+  for (std::size_t i = 0; i < pair.near.time_s.size(); ++i) {
+    const bool late = pair.near.time_s[i] > 1.5;
+    (late ? pair.near : pair.far).power_w[i] = static_cast<float>(kNoise_w * random.normal());
+  }
+  const Site site = simulated::two_photodiodes(2.0);
+  const auto problem = delay_problem(site, pair.near, pair.far, 0.0, 3.0, false);
+  ASSERT_TRUE(std::holds_alternative<Miss>(problem));
+  EXPECT_EQ(std::get<Miss>(problem), Miss::bad_fit);
+}
+
 TEST(Delay, ABrakingThatBeginsInViewDoesNotBendTheSpeed) {
   const Site site = simulated::two_photodiodes(2.0);
   simulated::Vehicle vehicle;

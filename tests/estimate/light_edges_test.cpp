@@ -60,5 +60,13 @@ TEST(LightEdges, OfLightThatAMaskLetsInAndOutTheBrightestStretchIsKept) {
   EXPECT_NEAR(blocks.back().time_s, 149 * kBlock_s, 2.5 * kBlock_s);
 }
 
+// What happened where samples are missing is not known.
+TEST(LightEdges, AGapIsNoEdge) {
+  auto blocks = blocks_of(200, [](int i) { return std::pow((i + 10.0) / 200.0, 2); });
+  blocks.erase(blocks.begin() + 120, blocks.begin() + 160);
+  keep_between_edges(blocks, kAmbient_w);
+  EXPECT_EQ(blocks.size(), 160u);
+}
+
 }  // namespace
 }  // namespace vildar
