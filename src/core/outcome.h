@@ -18,7 +18,7 @@ enum class Miss {
   not_converged,          ///< the solver did not reach a minimum
   bad_fit,                ///< the residuals contradict the model
   too_uncertain,          ///< the 95 % interval is wider than is useful
-  sensors_contradict,     ///< two of them disagree beyond their intervals
+  sensors_contradict,     ///< two sensors disagree beyond their intervals
   several_vehicles,       ///< more than one vehicle feeds the same photodiode
   ambiguous_identity,     ///< the track may be of another vehicle in part, or of one seen twice
   direction_contradicts,  ///< lamp colour and motion disagree about the direction of travel

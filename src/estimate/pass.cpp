@@ -223,7 +223,17 @@ Found delay_method(const PowerPass& pass, const Site& site, std::span<const Powe
   return found;
 }
 
-// The surest of the methods that measured; the first one's reason where none did.
+// Where no method measured: photodiodes that deny what the site says of them, else the first one's
+// reason.
+const MethodResult& withheld_by(const std::vector<Found>& methods) {
+  const auto denied = std::ranges::find_if(methods, [](const Found& found) {
+    const Miss* miss = std::get_if<Miss>(&found.row.speed);
+    return miss && *miss == Miss::sensors_contradict;
+  });
+  return (denied == methods.end() ? methods.front() : *denied).row;
+}
+
+// The surest of the methods that measured.
 void stand_by_surest(const std::vector<Found>& methods, VehicleResult& result) {
   const Found* surest = nullptr;
   for (const Found& found : methods) {
@@ -249,8 +259,9 @@ void stand_by_surest(const std::vector<Found>& methods, VehicleResult& result) {
     return;
   }
   if (!surest) {
-    result.method = methods.front().row.method;
-    result.withheld = std::get<Miss>(methods.front().row.speed);
+    const MethodResult& row = withheld_by(methods);
+    result.method = row.method;
+    result.withheld = std::get<Miss>(row.speed);
     return;
   }
   result.method = surest->row.method;
@@ -303,7 +314,8 @@ VehicleResult estimate_pass(const PowerPass& pass, int pass_number, const Site& 
         "cannot be trusted; sample at 10 kHz or more, or integrate over each sample");
   if (pass.cut_off)
     result.warnings.push_back(
-        "the record ends before the vehicle is past: the light of others behind it is not known");
+        "the record ends or stops before the vehicle is past: the light of others behind it is not "
+        "known");
   const auto light =
       pulsed ? Outcome<PassLight>(Miss::outside_model) : light_of_pass(pass, site, trace, abreast);
   std::vector<Found> methods{

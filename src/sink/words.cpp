@@ -22,7 +22,7 @@ std::string_view sentence_for(Miss miss) {
     case Miss::too_uncertain:
       return "The speed could be told only within limits too wide to be of use.";
     case Miss::sensors_contradict:
-      return "Camera and photodiode disagree by more than their uncertainties allow.";
+      return "Two sensors disagree by more than their uncertainties allow.";
     case Miss::several_vehicles: return "Several vehicles lit the photodiode at the same time.";
     case Miss::ambiguous_identity:
       return "It could not be told apart from another vehicle, or is one seen a second time.";

@@ -33,6 +33,17 @@ std::vector<PowerTrace> traces_of(const std::vector<Driven>& vehicles, Random& r
   return traces;
 }
 
+// The reason is the photodiodes', though the power methods come first and want a gain.
+TEST(Pass, PhotodiodesThatDenyTheirGainsAreNamed) {
+  Random random(4);
+  auto traces = traces_of({{20.0, 27.0}}, random);
+  for (float& power_w : traces[1].power_w) power_w *= 1.1F;
+  const auto result = estimate_pass({.from_s = 0.0, .to_s = 4.2, .peak_s = 3.99}, 1,
+                                    simulated::two_photodiodes(2.0), traces);
+  EXPECT_EQ(result.withheld, Miss::sensors_contradict);
+  EXPECT_EQ(result.method, Method::delay_photodiodes);
+}
+
 class Abreast : public ::testing::Test {
  protected:
   VehicleResult result_of(const std::vector<Driven>& vehicles) {
