@@ -37,8 +37,8 @@ void hold_size(std::span<const double> distance_m, std::span<LampLight> lights) 
   // what a shift of every radius does to it.
   double weight = 0.0, size_px_m = 0.0, shift_m = 0.0;
   for (std::size_t i = 0; i < lights.size(); ++i) {
-    if (!(lights[i].radius_sigma_px > 0.0))
-      throw std::invalid_argument("hold_size: every radius needs a sigma");
+    if (!(lights[i].radius_px > 0.0 && lights[i].radius_sigma_px > 0.0))
+      throw std::invalid_argument("hold_size: every light needs a radius and its sigma");
     const double here = 1.0 / std::pow(distance_m[i] * lights[i].radius_sigma_px, 2);
     weight += here;
     size_px_m += here * distance_m[i] * lights[i].radius_px;
@@ -49,12 +49,16 @@ void hold_size(std::span<const double> distance_m, std::span<LampLight> lights) 
   for (std::size_t i = 0; i < lights.size(); ++i) {
     LampLight& light = lights[i];
     const double radius_px = size_px_m / distance_m[i];
-    const double times = std::exp(light.log_flux_per_radius * (radius_px - light.radius_px));
+    const double further_px = radius_px - light.radius_px;
+    const double change = light.log_flux_per_radius * further_px;
+    // The light goes with the radius where that is large, with its square where it is small.
+    const double bend = change * further_px / (2.0 * light.radius_px);
     light.radius_px = radius_px;
     light.radius_sigma_px = sigma_px_m / distance_m[i];
-    light.flux *= times;
-    light.flux_sigma = light.flux * std::hypot(light.log_flux_sigma_at_radius,
-                                               light.log_flux_per_radius * light.radius_sigma_px);
+    light.flux *= std::exp(change);
+    light.flux_sigma =
+        light.flux * std::hypot(light.log_flux_sigma_at_radius,
+                                light.log_flux_per_radius * light.radius_sigma_px, bend);
   }
 }
 

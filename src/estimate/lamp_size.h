@@ -13,7 +13,7 @@ namespace vildar {
 /// Coding with loss errs at a lamp's rim, where radius and light are nearly one number; but a lamp
 /// has one size, which all pictures tell together: each light becomes what it is at that size, with
 /// its radius and both sigmas. Throws std::invalid_argument where the lengths differ, there is no
-/// light, or one has no sigma of its radius.
+/// light, or one has no radius or no sigma of it.
 void hold_size(std::span<const double> distance_m, std::span<LampLight> lights);
 
 /// The track with the lights of each lamp held to one size, at the distances of the trajectory:

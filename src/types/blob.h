@@ -48,7 +48,7 @@ struct LampLight {
   /// so that its change over time is not known as well as the flux.
   bool coded = false;
 
-  /// Whether the flux is known to better than a factor.
+  /// Whether the flux is known to better than 30 %.
   bool told() const {
     constexpr double kMostSigma = 0.3;  // of the flux
     return flux_sigma < kMostSigma * flux;
@@ -71,8 +71,8 @@ struct Blob {
   /// the exposure (when the site gives it). A lower bound where `saturated`, with a sigma as wide.
   double flux = 0.0;
   double flux_sigma = 0.0;
-  /// Absent without a calibrated point-spread function, with Defect::bad_fit, and where a fit tells
-  /// no more than a factor; in pictures coded with loss, where it does so at a known radius too.
+  /// Absent without a calibrated point-spread function, with Defect::bad_fit, and where the fit does
+  /// not tell the flux; in pictures coded with loss, where it would not at a known radius either.
   std::optional<LampLight> lamp;
   int area_px = 0;       ///< pixels above the blob's threshold
   int saturated_px = 0;  ///< pixels at or above the clipping code

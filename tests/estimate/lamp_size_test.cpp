@@ -52,6 +52,21 @@ TEST(HoldSize, TellsLightThatAPictureByItselfDoesNot) {
   EXPECT_NEAR(lights[0].flux * 60.0 * 60.0 / kFlux_m2, 1.0, 0.02);
 }
 
+// A fit at the least radius there is knows nothing of how light goes with a radius eight times as
+// large.
+TEST(HoldSize, AStepFarFromTheFitIsNotTold) {
+  const std::vector<double> distance_m{120.0, 20.0, 19.0};
+  std::vector<LampLight> lights{seen_at(120.0, 0.0, 0.0, 1.0), seen_at(20.0, 0.0, 0.0, 0.05),
+                                seen_at(19.0, 0.0, 0.0, 0.05)};
+  lights[0].radius_px = 0.1;
+  lights[0].log_flux_per_radius = -0.43;
+  lights[0].log_flux_sigma_at_radius = 0.02;
+  hold_size(distance_m, lights);
+  EXPECT_NEAR(lights[0].radius_px, 0.8, 0.01);
+  EXPECT_FALSE(lights[0].told());
+  EXPECT_TRUE(lights[1].told());
+}
+
 TEST(HoldSize, DoesNotDependOnTheScaleOfTheDistances) {
   constexpr double kRelative = 1e-12;
   const std::vector<double> distance_m{50.0, 40.0, 25.0}, scaled_m{60.0, 48.0, 30.0};
