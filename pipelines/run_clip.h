@@ -38,8 +38,9 @@ struct ClipMeasurement {
 };
 
 /// Reads the clip once: finds lamps, follows vehicles, measures each as soon as its track has ended
-/// (with photodiodes: as soon as no vehicle that was in view with it is still followed), and gives
-/// of one that was seen twice the better speed.
+/// (with photodiodes: as soon as no vehicle that was in view with it is still followed), gives of
+/// one that was seen twice the better speed, and writes them once none that was in view with them
+/// is still followed.
 ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const Site& site,
                              std::span<const PowerTrace> traces, TracksWriter& tracks,
                              BlobsWriter* blobs);

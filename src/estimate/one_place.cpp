@@ -22,12 +22,15 @@ Offset offset_at(const VehicleEstimate& one, const VehicleEstimate& other, doubl
   constexpr double kStep_s = 0.05;
   // What is left between two views of one vehicle beside the sigmas: another part of its body.
   constexpr double kFloor_m = 0.5;
+  // Slower relative to the camera, which way it drives is not told; taken to be the road's.
+  constexpr double kLeast_mps = 3.0;
   const MotionState a = mixed_state(one.trajectories, time_s);
   const MotionState b = mixed_state(other.trajectories, time_s);
   const MotionState later = mixed_state(one.trajectories, time_s + kStep_s);
   const Eigen::Vector2d off_m(a.range_m - b.range_m, a.lateral_m - b.lateral_m);
   Eigen::Vector2d way(later.range_m - a.range_m, later.lateral_m - a.lateral_m);
-  way = way.norm() > 0.0 ? Eigen::Vector2d(way.normalized()) : Eigen::Vector2d::UnitX();
+  way = way.norm() > kLeast_mps * kStep_s ? Eigen::Vector2d(way.normalized())
+                                          : Eigen::Vector2d::UnitX();
   return {off_m.dot(way), off_m.x() * way.y() - off_m.y() * way.x(),
           std::hypot(a.range_std_m, b.range_std_m, kFloor_m)};
 }
