@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Do the 95 % intervals of speed hold, from the light in a picture to the speed? Random scenes are
+"""Do the 95 % intervals of speed hold, from the light in a picture, or before photodiodes, to the speed? Random scenes are
 rendered, run and scored:
 
     tools/coverage_study.py PROGRAM --out FOLDER [--label NAME] [SET ...]
 
 Scenes that FOLDER holds already are kept, and runs under the same label that are no older than
 PROGRAM: a study that was broken off goes on, and another PROGRAM under another label has the same scenes. Sets: a mast and a dashcam on a dry and on a wet road,
-and both shaken by so many degrees (standard deviation up and down, two thirds of it sideways),
-beside four street lamps or beside none. Prints a line per set; ends with 1 where fewer intervals
+both shaken by so many degrees (standard deviation up and down, two thirds of it sideways),
+beside four street lamps or beside none; and two photodiodes without a camera. Prints a line per set; ends with 1 where fewer intervals
 hold than three binomial sigmas below 95 %.
 """
 import argparse
@@ -35,6 +35,7 @@ SETS = {
     "mast_0.3_none": ("three-lanes", 10, 0.3, False, False),
     "dash_0.15": ("dashcam", 20, 0.15, False, False),
     "dash_0.3": ("dashcam", 20, 0.3, False, False),
+    "photodiodes": ("photodiode", 200, 0.0, False, False),
 }
 
 
@@ -42,7 +43,7 @@ def quietly(*command) -> None:
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
-def scenario_of(text: str, number: int, shake_deg: float, lamps: bool, wet: bool) -> str:
+def camera_scenario(text: str, number: int, shake_deg: float, lamps: bool, wet: bool) -> str:
     """A random scene for the camera alone, at 640 x 360 pixels, with what the set adds."""
     text = re.sub(r"^photodiode: .*\n", "", text, flags=re.M)
     text = re.sub(r"  photodiodes:\n(  - .*\n(    .*\n)*)+", "", text)
@@ -65,6 +66,7 @@ def scenario_of(text: str, number: int, shake_deg: float, lamps: bool, wet: bool
 
 def prepare(program: str, out: pathlib.Path, name: str) -> list:
     family, count, *change = SETS[name]
+    changed = camera_scenario if family != "photodiode" else lambda text, *_: text
     base = out / f"base_{family}"
     if not base.is_dir():
         most = max(one[1] for one in SETS.values() if one[0] == family)
@@ -78,7 +80,7 @@ def prepare(program: str, out: pathlib.Path, name: str) -> list:
             continue
         folder.mkdir(parents=True, exist_ok=True)
         file = folder / "scenario.yaml"
-        file.write_text(scenario_of(scenario.read_text(), number, *change))
+        file.write_text(changed(scenario.read_text(), number, *change))
         quietly(program, "render", file, "--out", folder)
         (folder / "rendered").touch()
     return folders
@@ -88,7 +90,9 @@ def scores_of(program: str, folder: pathlib.Path, label: str) -> dict:
     scores = folder / f"{label}.json"
     if not scores.exists() or scores.stat().st_mtime < pathlib.Path(program).stat().st_mtime:
         run = folder / label
-        quietly(program, "run", folder / "clip.mp4", "--site", folder / "site.yaml", "--out", run)
+        clip, power = folder / "clip.mp4", folder / "photodiode.csv"
+        quietly(program, "run", *([clip] if clip.exists() else ["--photodiode", power]),
+                "--site", folder / "site.yaml", "--out", run)
         quietly(program, "evaluate", run, folder, "--out", scores)
     return json.loads(scores.read_text())
 
