@@ -14,9 +14,8 @@
 
 #include "capture/clip_source.h"
 #include "detect/detector.h"
+#include "support/rendered_clip.h"
 #include "support/temporary_folder.h"
-#include "synth/clip_writer.h"
-#include "synth/renderer.h"
 
 namespace vildar {
 namespace {
@@ -45,17 +44,12 @@ Found measured(const Scenario& scenario, bool psf_known, int least_area_px) {
   const TemporaryFolder folder;
   const auto clip = folder.path() / clip_file_name(scenario.encoder.codec);
   Renderer renderer(scenario);
-  ClipWriter writer(clip, scenario);
-  const int frames = static_cast<int>(scenario.duration_s * scenario.frame_rate_hz);
-  for (int i = 0; i < frames; ++i) writer.write(renderer.image(i / scenario.frame_rate_hz));
-  writer.commit();
+  write_clip(clip, scenario, renderer);
 
   const CameraSite& camera = *scenario.site.camera;
   const ImageScene& image = scenario.image;
   std::optional<PsfSite> psf;
-  if (psf_known)
-    psf = PsfSite{{image.core_sigma_px, image.wing_share, image.wing_scale_px, image.wing_exponent},
-                  0.0};
+  if (psf_known) psf = psf_of(image);
   DetectOptions options;
   options.lossy = scenario.encoder.codec != ClipCodec::ffv1;
   Detector detector(options, Response(camera), camera.exposure_s, psf);
@@ -241,10 +235,8 @@ TEST(ClipPhotometryStudy, WhatCodingDoesAboutLamps) {
     const TemporaryFolder folder;
     const auto clip = folder.path() / clip_file_name(scenario.encoder.codec);
     Renderer renderer(scenario);
-    ClipWriter writer(clip, scenario);
+    write_clip(clip, scenario, renderer);
     const int frames = static_cast<int>(scenario.duration_s * scenario.frame_rate_hz);
-    for (int i = 0; i < frames; ++i) writer.write(renderer.image(i / scenario.frame_rate_hz));
-    writer.commit();
     ClipSource source(clip);
     CodingErrors errors;
     while (const auto frame = source.next()) {

@@ -136,7 +136,9 @@ TEST(MeasuredVehicles, OfOneSeenTwiceTheBetterSpeedStands) {
     if (lesser_first) measured.add(lesser());
     measured.add(estimate_of(2, kCar, Frames::even));
     if (!lesser_first) measured.add(lesser());
-    for (const VehicleEstimate& one : measured.take_before(kForever)) {
+    const auto both = measured.take_before(kForever);
+    ASSERT_EQ(both.size(), 2U);
+    for (const VehicleEstimate& one : both) {
       if (one.result.track_id == 2) {
         EXPECT_FALSE(one.result.withheld);
         continue;

@@ -11,9 +11,8 @@
 #include "capture/clip_source.h"
 #include "detect/detector.h"
 #include "estimate/vehicle.h"
+#include "support/rendered_clip.h"
 #include "support/temporary_folder.h"
-#include "synth/clip_writer.h"
-#include "synth/renderer.h"
 #include "track/tracker.h"
 
 namespace vildar {
@@ -50,18 +49,13 @@ Found measured(const Scenario& scenario) {
   const TemporaryFolder folder;
   const auto clip = folder.path() / clip_file_name(scenario.encoder.codec);
   Renderer renderer(scenario);
-  ClipWriter writer(clip, scenario);
-  const int frames = static_cast<int>(scenario.duration_s * scenario.frame_rate_hz);
-  for (int i = 0; i < frames; ++i) writer.write(renderer.image(i / scenario.frame_rate_hz));
-  writer.commit();
+  write_clip(clip, scenario, renderer);
 
   const Site& site = scenario.site;
   const ImageScene& image = scenario.image;
-  const PsfSite psf{
-      {image.core_sigma_px, image.wing_share, image.wing_scale_px, image.wing_exponent}, 0.0};
   DetectOptions options;
   options.lossy = true;
-  Detector detector(options, Response(*site.camera), site.camera->exposure_s, psf);
+  Detector detector(options, Response(*site.camera), site.camera->exposure_s, psf_of(image));
   Tracker tracker(TrackOptions{}, site);
   ClipSource source(clip);
   std::vector<VehicleTrack> tracks;
