@@ -177,6 +177,16 @@ void DelayModel::add_priors(Point& point, bool with_derivatives) const {
   }
 }
 
+double DelayModel::refit(Eigen::VectorXd& value) const {
+  const Eigen::Index n = first_step() - kNearAmbient;
+  const Point point = at(value, true);
+  const auto gradient = point.gradient.segment(kNearAmbient, n);
+  const Eigen::VectorXd step =
+      point.information.block(kNearAmbient, kNearAmbient, n, n).ldlt().solve(gradient);
+  value.segment(kNearAmbient, n) -= step;
+  return point.cost - 0.5 * gradient.dot(step);
+}
+
 DelayModel::Point DelayModel::minimise(Eigen::VectorXd value, bool move_delay,
                                        int most_iterations) const {
   constexpr double kEnough = 1e-4;  // of half a chi-square
@@ -193,7 +203,7 @@ DelayModel::Point DelayModel::minimise(Eigen::VectorXd value, bool move_delay,
     there.value = here.value;
     there.value(moved) -= step;
     const bool allowed = there.value.allFinite() && drives_on(there.value);
-    if (allowed) there.cost = at(there.value, false).cost;
+    if (allowed) there.cost = move_delay ? refit(there.value) : at(there.value, false).cost;
     if (!allowed || !(there.cost <= here.cost)) {
       damping = std::max(10.0 * damping, 1e-6);
       converged = damping > kNoWayDown;

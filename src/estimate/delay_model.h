@@ -78,6 +78,9 @@ class DelayModel {
     double gain = 1.0, light = 0.0, slope = 0.0;
   };
   Light light_of(const DelayRows::Row& row, const Eigen::VectorXd& value) const;
+  /// Puts the curve and the ambient levels where the rest asks for them, in which all is linear;
+  /// the cost there.
+  double refit(Eigen::VectorXd& value) const;
   void add_priors(Point& point, bool with_derivatives) const;
 
   const DelayProblem& problem_;

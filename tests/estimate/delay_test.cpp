@@ -125,6 +125,25 @@ TEST(Delay, ABrakingThatBeginsInViewDoesNotBendTheSpeed) {
   }
 }
 
+TEST(Delay, TheCurveFollowsTheWholePulseWhateverTheAcceleration) {
+  constexpr double kAlikeChi2 = 1.4;  // four sigmas of some 200 degrees of freedom
+  const Site site = simulated::two_photodiodes(2.0);
+  for (const std::uint64_t seed : {0, 1, 2, 184, 454}) {
+    Random random(seed);
+    const simulated::Vehicle vehicle{.speed_mps = random.uniform(26.0, 35.0),
+                                     .acceleration_mps2 = random.uniform(-3.0, 3.0)};
+    const simulated::Beam beam = simulated::random_beam(0.3, random);
+    const PowerTrace near = simulated::beam_trace(vehicle, site, beam, 0, {}, random);
+    const PowerTrace far = simulated::beam_trace(vehicle, site, beam, 1, {}, random);
+    const auto problem = delay_problem(site, near, far, 0.0, 8.0, false);
+    ASSERT_TRUE(std::holds_alternative<DelayProblem>(problem)) << seed;
+    const auto outcome = fit_delay(std::get<DelayProblem>(problem));
+    const auto* fit = std::get_if<DelayFit>(&outcome);
+    ASSERT_TRUE(fit) << seed;
+    EXPECT_LT(fit->chi2_per_dof, kAlikeChi2) << seed;
+  }
+}
+
 TEST(Delay, AKnownJumpOfAccelerationDoesNotBendTheSpeed) {
   const Site site = simulated::two_photodiodes(2.0);
   simulated::Vehicle vehicle;
