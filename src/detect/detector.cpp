@@ -59,10 +59,30 @@ void check(const Frame& frame) {
 }
 
 // What H.264 and its like do to lamps (docs/photometry.md): errors of a pixel, of black to white;
-// shoulders of clipped areas, rounded off from this share of clipping on; and of a lamp as a whole.
+// shoulders of clipped areas, rounded off from this share of clipping on; errors of a lamp as a
+// whole.
 constexpr float kCodingSigma = 0.018f;
-constexpr double kCodedClip = 0.5;
-constexpr CodingErrors kCoding{6.0, 0.03, 0.05, 0.05, 0.08};
+struct Coded {
+  double clip_share;
+  CodingErrors errors;
+};
+constexpr Coded kPlaces{0.5,
+                        {.correlated_px = 6.0,
+                         .summed_px = 6.0,
+                         .flux_share = 0.03,
+                         .clipped_share = 0.05,
+                         .centre_px = 0.05,
+                         .softened_px2 = 0.08}};
+// Rims tell a lamp's place, for what they err by all around moves none; its light is told better
+// where they count little.
+constexpr Coded kLights{0.7,
+                        {.correlated_px = 6.0,
+                         .summed_px = 3.0,
+                         .flux_share = 0.03,
+                         .clipped_share = 0.03,
+                         .centre_px = 0.05,
+                         .rim_factor = 5.0,
+                         .softened_px2 = 0.08}};
 
 float coding_codes(const LumaView& luma) {
   return kCodingSigma * static_cast<float>(luma.white_code - luma.black_code);
@@ -101,6 +121,7 @@ struct Detector::State {
   Photometer photometer;
   std::vector<Measured>* lights = nullptr;  // of the last frame
   std::optional<LampMeter> lamp_meter;
+  std::optional<FrameLight> coded_light;  // see LampMeter
 
   // Per code; rebuilt only when the plane's depth or range changes.
   LumaView tables_for;
@@ -111,7 +132,8 @@ struct Detector::State {
 
   std::optional<FrameLight> look(const Frame& frame);
   void prepare_fit_tables(const LumaView& luma);
-  FrameLight frame_light(const LumaView& luma, const Levels& levels, int clip_code) const;
+  FrameLight frame_light(const LumaView& luma, const Levels& levels, int clip_code,
+                         const Coded& coded) const;
   void prepare_tables(const LumaView& luma, const Levels& levels);
   Blob blob_of(const Frame& frame, const Peak& peak, const Measured& light, int clip_code) const;
 };
@@ -134,8 +156,8 @@ void Detector::State::prepare_fit_tables(const LumaView& luma) {
   }
 }
 
-FrameLight Detector::State::frame_light(const LumaView& luma, const Levels& levels,
-                                        int clip_code) const {
+FrameLight Detector::State::frame_light(const LumaView& luma, const Levels& levels, int clip_code,
+                                        const Coded& coded) const {
   FrameLight light;
   light.luma = luma;
   light.linear = signed_linear;
@@ -144,10 +166,10 @@ FrameLight Detector::State::frame_light(const LumaView& luma, const Levels& leve
   light.clip_light = 0.5 * static_cast<double>(linear[clip - 1] + linear[clip]);
   if (options.lossy) {
     const auto above = std::upper_bound(linear.begin(), linear.begin() + clip_code,
-                                        static_cast<float>(kCodedClip * light.clip_light));
+                                        static_cast<float>(coded.clip_share * light.clip_light));
     light.clip_code = static_cast<int>(above - linear.begin());
     light.clip_light = 0.5 * static_cast<double>(*(above - 1) + *above);
-    light.coding = kCoding;
+    light.coding = coded.errors;
   }
   light.noise.electrons = options.full_well_electrons;
   light.noise.rounding = rounding;
@@ -277,9 +299,11 @@ std::optional<FrameLight> Detector::State::look(const Frame& frame) {
   }
 
   const LightScale scale{linear, sigma, coding_sigma, rules.clip_code,
-                         options.lossy ? kCoding : CodingErrors{}};
+                         options.lossy ? kPlaces.errors : CodingErrors{}};
   lights = &photometer.measure(luma, finder, scale);
-  return frame_light(luma, levels, rules.clip_code);
+  coded_light.reset();
+  if (options.lossy) coded_light = frame_light(luma, levels, rules.clip_code, kLights);
+  return frame_light(luma, levels, rules.clip_code, kPlaces);
 }
 
 std::optional<SeenLights> Detector::look(const Frame& frame) {
@@ -295,7 +319,9 @@ BlobFrame Detector::detect(const Frame& frame) {
   if (!light) return result;
   const std::vector<Peak>& peaks = state.finder.peaks();
   std::vector<Measured>& lights = *state.lights;
-  if (state.lamp_meter) state.lamp_meter->measure(*light, frame.time, peaks, lights);
+  if (state.lamp_meter)
+    state.lamp_meter->measure(*light, state.coded_light ? &*state.coded_light : nullptr, frame.time,
+                              peaks, lights);
   for (std::size_t i = 0; i < peaks.size(); ++i) {
     result.blobs.push_back(state.blob_of(frame, peaks[i], lights[i], light->clip_code));
     result.blobs.back().id = static_cast<int>(i);

@@ -21,9 +21,14 @@ struct PixelNoise {
 /// What coding with loss does to lamps beside what it does to single pixels; the defaults: nothing.
 struct CodingErrors {
   double correlated_px = 1.0;  ///< how many pixels err together
+  /// The same for what is told by many pixels: coders keep sums better than patches.
+  double summed_px = 1.0;
   double flux_share = 0.0;     ///< standard deviation of the light of a lamp as a whole
   double clipped_share = 0.0;  ///< the same where pixels clip
   double centre_px = 0.0;      ///< and of its place, an axis
+  /// How many times the sigma of a pixel elsewhere one at the rim of what clips has: errors there
+  /// are larger, and alike all around, so that they do not average.
+  double rim_factor = 1.0;
   /// Variance by which lamps of which nothing clips are softened, codes rather than light; an axis.
   double softened_px2 = 0.0;
 };

@@ -259,7 +259,7 @@ void LampFitter::judge(std::span<const LampGuess> guesses) {
   lamp_is_other_ =
       verdict.shaped && ((result_.attempt == kBent && (verdict.round || !bend_helps)) ||
                          (result_.attempt == 0 && verdict.round && !verdict.quarters_differ));
-  result_.variance_factor = std::max(1.0, verdict.chi2_per_dof * coding_.correlated_px);
+  result_.variance_factor = std::max(1.0, verdict.chi2_per_dof * coding_.summed_px);
   if (result_.bad_fit)
     result_.variance_factor = std::max(result_.variance_factor, verdict.shape_per_dof);
 }
@@ -286,7 +286,7 @@ LampFitter::Matrix LampFitter::observed_covariance(const Matrix& inverse) {
     const float alone = std::max(1.0F - accepted_.weight[k] * leverage_[k], kLeastAlone);
     factor_[k] = accepted_.pull[k] * accepted_.pull[k] / (alone * alone);
   }
-  const Matrix spread = coding_.correlated_px * squares(factor_);
+  const Matrix spread = coding_.summed_px * squares(factor_);
   return inverse * spread * inverse;
 }
 

@@ -116,7 +116,7 @@ void LampMeter::start(const FrameLight& light, std::size_t k, const Peak& peak,
 }
 
 /// False where a neighbour's light turned out to be other than it was taken for.
-bool LampMeter::fit_group(const FrameLight& light, std::size_t group,
+bool LampMeter::fit_group(const FrameLight& light, const FrameLight* coded, std::size_t group,
                           std::vector<Measured>& lights) {
   members_.clear();
   guesses_.clear();
@@ -136,7 +136,18 @@ bool LampMeter::fit_group(const FrameLight& light, std::size_t group,
   };
   for (std::size_t k = 0; k < lamps_.size(); ++k)
     if (group_of_[k] != group && reaches(now_[k].lamp)) others_.push_back(now_[k].lamp);
-  const LampsFit& fit = fitter_.fit(light, guesses_, false, others_, first_attempt);
+  const LampsFit fit = fitter_.fit(light, guesses_, false, others_, first_attempt);
+  const LampsFit* told = &fit;
+  const auto clips = [](const LampGuess& guess) { return guess.rim_px > 0.0; };
+  if (coded != nullptr && !fit.lamps.empty() && !fit.bad_fit &&
+      std::any_of(guesses_.begin(), guesses_.end(), clips)) {
+    for (std::size_t i = 0; i < guesses_.size(); ++i) {
+      guesses_[i].centre_px = fit.lamps[i].centre_px;
+      guesses_[i].radius_px = fit.lamps[i].radius_px;
+      guesses_[i].flux = fit.lamps[i].flux;
+    }
+    told = &fitter_.fit(*coded, guesses_, false, others_, first_attempt);
+  }
   bool settled = true;
   for (std::size_t i = 0; i < members_.size(); ++i) {
     Known& now = now_[members_[i]];
@@ -158,25 +169,27 @@ bool LampMeter::fit_group(const FrameLight& light, std::size_t group,
     starts_[members_[i]].radius_px = lamp.radius_px;
     starts_[members_[i]].flux = lamp.flux;
     if (fit.bad_fit) continue;
-    const LampLight measured{lamp.flux,
-                             lamp.flux_sigma,
-                             lamp.radius_px,
-                             lamp.radius_sigma_px,
-                             lamp.log_flux_per_radius,
-                             lamp.log_flux_sigma_at_radius,
-                             light.coding.has_value()};
-    LampLight at_radius = measured;
-    at_radius.flux_sigma = lamp.flux * lamp.log_flux_sigma_at_radius;
-    // Other pictures may tell its radius.
-    if (measured.told() || (measured.coded && at_radius.told())) seen.lamp = measured;
     seen.centre_px = lamp.centre_px;
     seen.centre_sigma_px = lamp.centre_sigma_px;
+    if (told->lamps.empty() || told->bad_fit) continue;
+    const LampFit& shining = told->lamps[i];
+    const LampLight measured{shining.flux,
+                             shining.flux_sigma,
+                             shining.radius_px,
+                             shining.radius_sigma_px,
+                             shining.log_flux_per_radius,
+                             shining.log_flux_sigma_at_radius,
+                             light.coding.has_value()};
+    LampLight at_radius = measured;
+    at_radius.flux_sigma = shining.flux * shining.log_flux_sigma_at_radius;
+    // Other pictures may tell its radius.
+    if (measured.told() || (measured.coded && at_radius.told())) seen.lamp = measured;
   }
   return settled;
 }
 
-void LampMeter::measure(const FrameLight& light, CameraTime time, const std::vector<Peak>& peaks,
-                        std::vector<Measured>& lights) {
+void LampMeter::measure(const FrameLight& light, const FrameLight* coded, CameraTime time,
+                        const std::vector<Peak>& peaks, std::vector<Measured>& lights) {
   lamps_.clear();
   for (std::size_t i = 0; i < peaks.size(); ++i)
     if (lights[i].lamp_like && !lights[i].cut_by_edge && rim_px(peaks[i]) < kMostRim_px)
@@ -193,7 +206,7 @@ void LampMeter::measure(const FrameLight& light, CameraTime time, const std::vec
     settled = true;
     for (std::size_t group = 0; group < lamps_.size(); ++group)
       if (std::find(group_of_.begin(), group_of_.end(), group) != group_of_.end())
-        settled = fit_group(light, group, lights) && settled;
+        settled = fit_group(light, coded, group, lights) && settled;
   }
   std::swap(before_, now_);
   before_at_ = time;

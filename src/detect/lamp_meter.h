@@ -22,8 +22,10 @@ class LampMeter {
 
   /// Puts what the fits find into the lights of lamps. A light whose residuals have a shape that no
   /// background explains, or for which no fit is found, is marked and keeps its plain measures.
-  void measure(const FrameLight& light, CameraTime time, const std::vector<Peak>& peaks,
-               std::vector<Measured>& lights);
+  /// `coded`, of pictures coded with loss alone: the same frame, as lamps that clip are told their
+  /// light from, where `light` tells their places.
+  void measure(const FrameLight& light, const FrameLight* coded, CameraTime time,
+               const std::vector<Peak>& peaks, std::vector<Measured>& lights);
 
  private:
   struct Known {
@@ -34,7 +36,8 @@ class LampMeter {
   };
   void start(const FrameLight& light, std::size_t k, const Peak& peak, const Measured& seen,
              double since_s);
-  bool fit_group(const FrameLight& light, std::size_t group, std::vector<Measured>& lights);
+  bool fit_group(const FrameLight& light, const FrameLight* coded, std::size_t group,
+                 std::vector<Measured>& lights);
   void find_groups(const std::vector<Peak>& peaks, const std::vector<Measured>& lights);
 
   LampFitter fitter_;

@@ -18,6 +18,8 @@ constexpr double kRimInside_px = 5.0, kRimOutside_px = 3.0;
 /// Compression digs holes into clipped areas: a pixel this far inside the rim that nearly clips
 /// does clip.
 constexpr double kHoleDepth_px = 1.5, kHoleLight = 0.8;
+/// So far from a rim coding errs no more than elsewhere; halfway a third of that in variance.
+constexpr double kCodedRim_px = 4.0;
 
 double square_of(double distance_px) { return distance_px > 0.0 ? distance_px * distance_px : 0.0; }
 
@@ -39,6 +41,14 @@ struct Range {
 
 double half_chord_px(double radius2, double away2) {
   return std::sqrt(std::max(radius2 - away2, 0.0));
+}
+
+/// Share of a pixel's information that counts so far from a rim at which errors are larger.
+double share_at_rim(double from_rim_px, double rim_factor) {
+  const double inside = 1.0 - square_of(std::abs(from_rim_px) / kCodedRim_px);
+  if (inside <= 0.0) return 1.0;
+  const double square = inside * inside;
+  return 1.0 / (1.0 + (rim_factor * rim_factor - 1.0) * square * square);
 }
 
 /// Light of a pixel before the picture was softened, to first order in the variance.
@@ -66,7 +76,7 @@ void LampSamples::set(std::size_t first, std::span<const Pixel> pixels) {
     v_px[first + k] = pixel.v_px;
     light[first + k] = pixel.light;
     place2[first + k] = pixel.place2;
-    keep[first + k] = 1.0F;
+    keep[first + k] = pixel.keep;
   }
   const auto from = static_cast<std::ptrdiff_t>(first + pixels.size());
   const auto to = static_cast<std::ptrdiff_t>(first + in_batches(pixels.size()));
@@ -113,6 +123,7 @@ void LampSamples::gather(const FrameLight& frame, std::span<const LampGuess> gue
     const double dense = rim > 0.0 ? rim + kRimOutside_px : kDenseSizes * guesses[i].size_px;
     const double dense2 = square_of(dense), per_reach2 = 1.0 / reach2;
     const double softened_px2 = frame.coding && rim == 0.0 ? frame.coding->softened_px2 : 0.0;
+    const double rim_factor = frame.coding && rim > 0.0 ? frame.coding->rim_factor : 1.0;
     const int stride =
         stride_of(kPi * (reach2 - dense2), rim > 0.0 ? kMostPixels : kMostUnclippedPixels);
     const int rim_stride =
@@ -142,9 +153,12 @@ void LampSamples::gather(const FrameLight& frame, std::span<const LampGuess> gue
             const bool clips = code >= frame.clip_code ||
                                (here > hole_light && chord_at(holes_, u) != holes_.end());
             Pixel& pixel = clips ? clipped_[clipped_count++] : clear_[clear_count++];
+            const double away2 = du * du + dv2;
             pixel = {static_cast<float>(u - origin_px.x()), static_cast<float>(v - origin_px.y()),
                      softened_px2 > 0.0 ? sharpened(frame, u, v, softened_px2) : here,
-                     static_cast<float>((du * du + dv2) * per_reach2)};
+                     static_cast<float>(away2 * per_reach2), 1.0F};
+            if (rim_factor > 1.0 && !clips)
+              pixel.keep = static_cast<float>(share_at_rim(std::sqrt(away2) - rim, rim_factor));
           }
         }
       };

@@ -37,7 +37,7 @@ struct LampSamples {
   std::vector<float> light;
   std::vector<float> others;  ///< light of other lamps; left 0
   std::vector<float> place2;  ///< square of the share of the reach of the lamp that brought it in
-  std::vector<float> keep;    ///< 1, or 0 where it does not count
+  std::vector<float> keep;    ///< share of its information that counts: 1, less at coded rims, or 0
   std::size_t clear = 0;      ///< those that do not clip, filled up
   std::size_t used = 0;       ///< that count
   Eigen::Vector2d origin_px = Eigen::Vector2d::Zero();
@@ -54,7 +54,7 @@ struct LampSamples {
 
  private:
   struct Pixel {
-    float u_px, v_px, light, place2;
+    float u_px, v_px, light, place2, keep;
   };
   /// Columns of a row that lie in a circle.
   struct Chord {

@@ -27,7 +27,7 @@ void sum_squares(std::span<const PixelRow> rows, PixelRow weight, std::span<doub
 
 /// What a model makes of pixels that do not clip.
 struct WeighedRows {
-  PixelRow light, keep;         ///< measured; 1, or 0 for a pixel that does not count
+  PixelRow light, keep;         ///< measured; share of its information that counts
   PixelRow expected, backdrop;  ///< by the model; of it what is not the lamps'
   PixelRow weight_before;       ///< of the parameters accepted last
   std::span<float> residual, weight, pull, noise_share;  ///< out; see LampFitter

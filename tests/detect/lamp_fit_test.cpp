@@ -1,5 +1,6 @@
 #include "detect/lamp_fit.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
@@ -225,6 +226,61 @@ TEST(LampFit, LightRoundAboutALampIsNotTakenForItsOwn) {
 
 TEST(LampFit, LightRoundAboutALampThatWasCodedWithLossIsDoubted) {
   EXPECT_EQ(amid_lit_road(CodingErrors{}).flagged, 40);
+}
+
+/// As a coder leaves it, which sees what clips clipped: a share of each pixel's light goes to each
+/// of its neighbours.
+std::vector<double> clipped_and_softened(const std::vector<double>& light) {
+  constexpr double kSide = 0.06;
+  std::vector<double> out(light.size());
+  const auto at = [&](int u, int v) {
+    const int row = std::clamp(v, 0, kSize_px - 1), column = std::clamp(u, 0, kSize_px - 1);
+    return std::min(1.0, light[static_cast<std::size_t>(row * kSize_px + column)]);
+  };
+  for (int v = 0; v < kSize_px; ++v)
+    for (int u = 0; u < kSize_px; ++u)
+      out[static_cast<std::size_t>(v * kSize_px + u)] =
+          (1.0 - 4.0 * kSide) * at(u, v) +
+          kSide * (at(u - 1, v) + at(u + 1, v) + at(u, v - 1) + at(u, v + 1));
+  return out;
+}
+
+TEST(LampFit, RimsThatCodingSoftenedMoveTheLightLessWhereTheyCountLess) {
+  const LinearCamera camera;
+  LampPictures pictures(kGlare, kSize_px);
+  LampFitter fitter(kGlare);
+  constexpr int kTrials = 12;
+  constexpr double kClips = 0.7;
+  const auto bias_ln = [&](double rim_factor, double disc_px, double times) {
+    const double flux = pictures.flux(disc_px, times);
+    Random random(29);
+    double bias = 0.0;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      const LampImage lamp =
+          LampPictures::lamp(32.0 + random.uniform(), 32.0 + random.uniform(), disc_px, flux);
+      FrameLight frame = camera.expose(clipped_and_softened(pictures.of({lamp})), kSize_px, random);
+      LampGuess guess = guess_of(frame, 1.2);
+      guess.rim_px += 0.7;  // the softened rim
+      frame.clip_code =
+          LinearCamera::kBlackCode +
+          static_cast<int>(kClips * (LinearCamera::kWhiteCode - LinearCamera::kBlackCode));
+      frame.clip_light = kClips;
+      frame.coding = CodingErrors{.rim_factor = rim_factor};
+      const LampsFit& fit = fitter.fit(frame, {{guess}}, false);
+      EXPECT_EQ(fit.lamps.size(), 1U);
+      if (!fit.lamps.empty()) bias += std::log(fit.lamps[0].flux / flux) / kTrials;
+    }
+    return bias;
+  };
+  struct Case {
+    double disc_px, times;
+  };
+  for (const auto& [disc_px, times] : {Case{2.0, 100.0}, Case{4.0, 20.0}, Case{4.0, 100.0}}) {
+    const double as_any = std::abs(bias_ln(1.0, disc_px, times)),
+                 less = std::abs(bias_ln(5.0, disc_px, times));
+    EXPECT_LT(less, 0.7 * as_any) << disc_px << " px, " << times << " times white";
+    EXPECT_LT(less, 0.04) << disc_px << " px, " << times << " times white";
+  }
 }
 
 TEST(LampFit, RefusesWhatItCannotFit) {

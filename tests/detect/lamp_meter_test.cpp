@@ -69,12 +69,12 @@ TEST(LampMeter, MeasuresThePairOfAVehicleWhereItsPixelsClip) {
 }
 
 /// As a coder leaves it: edges softer, errors by patches of pixels, holes in what clips.
-Frame coded(const Frame& frame, std::uint64_t seed) {
-  constexpr double kSide = 0.08, kPatchError_codes = 4.0;
+Frame coded(const Frame& frame, std::uint64_t seed, double patch_error_codes = 4.0) {
+  constexpr double kSide = 0.08;
   auto codes = std::make_shared<std::vector<std::uint8_t>>();
   Random random(seed);
   std::vector<double> errors(static_cast<std::size_t>(kSize_px * kSize_px));
-  for (double& error : errors) error = random.normal(0.0, kPatchError_codes);
+  for (double& error : errors) error = random.normal(0.0, patch_error_codes);
   const auto code = [&](int u, int v) {
     return static_cast<double>(
         frame.luma.code(std::clamp(u, 0, kSize_px - 1), std::clamp(v, 0, kSize_px - 1)));
@@ -131,20 +131,56 @@ TEST(LampMeter, KnowsLampsOfCodedPicturesLessWell) {
   EXPECT_LT(taken_for_lossless, inside);
 }
 
-// A far lamp's radius is hardly told by one picture, and its light with it.
+// What coding does to rims passes for another radius and light; it moves no lamp.
+TEST(LampMeter, TellsTheLightOfCodedPicturesWhereRimsCountLittle) {
+  LampPictures pictures(kGlare, kSize_px);
+  DetectOptions lossy;
+  lossy.lossy = true;
+  constexpr int kTrials = 20;
+  constexpr double kSlight_codes = 2.0;
+  double error_ln = 0.0, away_px = 0.0;
+  int fitted = 0;
+  struct Case {
+    double radius_px, times_white;
+  };
+  for (const auto& [radius_px, times_white] :
+       {Case{1.5, 30.0}, Case{3.0, 15.0}, Case{3.0, 150.0}}) {
+    const double flux = pictures.flux(radius_px, times_white);
+    for (int trial = 0; trial < kTrials; ++trial) {
+      const Eigen::Vector2d at(60.3 + 0.1 * trial, 60.2);
+      const LampImage lamp = LampPictures::lamp(at.x(), at.y(), radius_px, flux);
+      const Frame frame =
+          coded(frame_of(pictures.of({lamp}), static_cast<std::uint64_t>(280 + trial)),
+                static_cast<std::uint64_t>(trial), kSlight_codes);
+      Detector detector(lossy, Response(), std::nullopt, PsfSite{kGlare, 0.0});
+      for (const Blob& blob : detector.detect(frame).blobs) {
+        if (blob.saturated_px < 4 || !blob.lamp) continue;
+        ++fitted;
+        error_ln += std::log(blob.lamp->flux / flux);
+        away_px += (blob.centre_px - at).norm();
+      }
+    }
+  }
+  EXPECT_GE(fitted, 0.7 * 3 * kTrials);
+  EXPECT_LT(std::abs(error_ln / fitted), 0.05);  // 0.066 where rims count as all pixels do
+  EXPECT_LT(away_px / fitted, 0.03);
+}
+
+// In a picture coded badly a far lamp's radius is hardly told by one picture, and its light with
+// it.
 TEST(LampMeter, KeepsLightOfCodedPicturesThatARadiusWouldTell) {
   LampPictures pictures(kGlare, kSize_px);
   DetectOptions lossy;
   lossy.lossy = true;
   constexpr int kTrials = 20;
-  constexpr double kMost = 0.3, kRadius_px = 0.8;
-  const double flux = pictures.flux(kRadius_px, 20.0);
+  constexpr double kMost = 0.3, kRadius_px = 0.8, kBadly_codes = 8.0;
+  const double flux = pictures.flux(kRadius_px, 12.0);
   int untold = 0, inside = 0;
   for (int trial = 0; trial < kTrials; ++trial) {
     const Frame frame = coded(
         frame_of(pictures.of({LampPictures::lamp(60.3, 60.0 + 0.05 * trial, kRadius_px, flux)}),
                  static_cast<std::uint64_t>(180 + trial)),
-        static_cast<std::uint64_t>(trial));
+        static_cast<std::uint64_t>(trial), kBadly_codes);
     Detector detector(lossy, Response(), std::nullopt, PsfSite{kGlare, 0.0});
     for (const Blob& blob : detector.detect(frame).blobs) {
       if (blob.saturated_px < 4 || !blob.lamp) continue;
