@@ -122,7 +122,25 @@ std::vector<AssignedPair> best_pairs(const Eigen::MatrixXd& score) {
   return pairs;
 }
 
-void take(const Scores& scores, Matching& matching) {
+// Where the best track of a vehicle has no speed and another one that shows it has, the vehicle was
+// measured: by that one, of several by the one that agrees best.
+void prefer_measured(const Scores& scores, std::span<const RunVehicle> run, Matching& matching) {
+  const auto has_speed = [&](std::size_t j) { return run[j].outcome.speed.has_value(); };
+  for (std::size_t j = 0; j < run.size(); ++j) {
+    if (!matching.duplicate_of[j] || !has_speed(j)) continue;
+    const std::size_t i = *matching.duplicate_of[j];
+    const std::size_t now = *matching.run_of_truth[i];
+    if (has_speed(now)) continue;
+    std::size_t best = j;
+    for (std::size_t k = j + 1; k < run.size(); ++k)
+      if (matching.duplicate_of[k] == i && has_speed(k) && scores(i, k) > scores(i, best)) best = k;
+    matching.run_of_truth[i] = best;
+    matching.duplicate_of[best].reset();
+    matching.duplicate_of[now] = i;
+  }
+}
+
+void take(const Scores& scores, std::span<const RunVehicle> run, Matching& matching) {
   std::vector<bool> taken(matching.duplicate_of.size());
   for (const AssignedPair& pair : best_pairs(scores)) {
     matching.run_of_truth[pair.row] = pair.column;
@@ -133,6 +151,7 @@ void take(const Scores& scores, Matching& matching) {
     Eigen::Index nearest = 0;
     if (scores.col(j).maxCoeff(&nearest) > 0.0) matching.duplicate_of[j] = nearest;
   }
+  prefer_measured(scores, run, matching);
 }
 
 struct SeenInFrame {
@@ -184,8 +203,8 @@ Matching match(std::span<const TruthVehicle> truth, std::span<const RunVehicle> 
   matching.by_image =
       std::ranges::any_of(truth, [](const TruthVehicle& v) { return has_pixels(v); }) &&
       std::ranges::any_of(run, [](const RunVehicle& v) { return has_pixels(v); });
-  if (matching.by_image) take(image_scores(truth, run), matching);
-  take(time_scores(truth, run, matching, !matching.by_image), matching);
+  if (matching.by_image) take(image_scores(truth, run), run, matching);
+  take(time_scores(truth, run, matching, !matching.by_image), run, matching);
   return matching;
 }
 

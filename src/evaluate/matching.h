@@ -28,10 +28,12 @@ struct Matching {
 
 /// One-to-one, of the largest total agreement. By image position: the agreement is the sum of
 /// lamp_similarity over the frames in which both are visible; a pair whose mean is below 0.5, or
-/// that shares fewer than half the frames of the shorter of the two, is not matched. Run vehicles
-/// without pixels (photodiode) are matched to the truth left over by time: the agreement is the
-/// share of the run's time in which the vehicle is there (at least half), less where its moment of
-/// passing (oncoming: its end, receding: its beginning), its direction or its range does not fit.
+/// that shares fewer than half the frames of the shorter of the two, is not matched. Where the
+/// track matched so has no speed and another one of the same vehicle has, that one is matched in
+/// its place (of several the one that agrees best). Run vehicles without pixels (photodiode) are
+/// matched to the truth left over by time: the agreement is the share of the run's time in which
+/// the vehicle is there (at least half), less where its moment of passing (oncoming: its end,
+/// receding: its beginning), its direction or its range does not fit.
 Matching match(std::span<const TruthVehicle> truth, std::span<const RunVehicle> run);
 
 /// Frame by frame for tracking_scores(), ids being indices. Truth that is occluded is not asked

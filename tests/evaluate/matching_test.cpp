@@ -45,6 +45,22 @@ TEST(Matching, GivesEachVehicleTheTrackThatFollowsItLongest) {
   EXPECT_EQ(matching.duplicate_of[3], std::nullopt);
 }
 
+TEST(Matching, AVehicleWhoseLongestTrackIsWithheldWasMeasuredByAnother) {
+  const std::vector<TruthVehicle> truth{truth_at("a", 100, 0, 99), truth_at("b", 300, 0, 99)};
+  // Of `a` a long track without a speed and three short ones, two of them measured; `b` was
+  // measured by its longest.
+  const std::vector<RunVehicle> run{
+      run_at("1", 100, 0, 59),  measured(run_at("2", 100, 60, 69), 6.5, 20.0),
+      run_at("3", 100, 70, 74), measured(run_at("4", 100, 75, 99), 9.0, 20.0),
+      run_at("5", 300, 0, 39),  measured(run_at("6", 300, 40, 99), 5.0, 20.0)};
+  const Matching matching = match(truth, run);
+  EXPECT_EQ(matching.run_of_truth[0], 3U);
+  EXPECT_EQ(matching.run_of_truth[1], 5U);
+  for (const std::size_t second : {0U, 1U, 2U}) EXPECT_EQ(matching.duplicate_of[second], 0U);
+  EXPECT_EQ(matching.duplicate_of[3], std::nullopt);
+  EXPECT_EQ(matching.duplicate_of[4], 1U);
+}
+
 TEST(Matching, ATrackThatSharesItselfOutBelongsToNobody) {
   // A third of the time on each of three vehicles that are all there throughout.
   const std::vector<TruthVehicle> truth{truth_at("a", 100, 0, 29), truth_at("b", 300, 0, 29),
