@@ -204,8 +204,11 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
   const double baseline_share = problem.baseline_m.std / problem.baseline_m.mean;
   const double widened = fit.sigma_factor * fit.sigma_factor / found.noise_factor;
   double least = INFINITY;
+  const double from_s =
+      std::clamp(problem.asked_from_s - rows.reference_s, rows.first_s, rows.last_s);
+  const double to_s = std::clamp(problem.asked_to_s - rows.reference_s, from_s, rows.last_s);
   for (int i = 0; i <= kTimes; ++i) {
-    const double tau_s = rows.first_s + (rows.last_s - rows.first_s) * i / kTimes;
+    const double tau_s = from_s + (to_s - from_s) * i / kTimes;
     const DelayModel::Motion motion = model.motion_at(found.value, tau_s);
     Eigen::MatrixX2d slopes(found.covariance.rows(), 2);
     slopes.col(0) = motion.speed_slopes(found.known);
@@ -259,8 +262,8 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   const auto& [constant, curve, pieces] = std::get<Candidate>(outcome);
 
-  const std::vector<double> steps_s = delay_steps_s(problem, rows);
-  if (steps_s.empty() && !problem.acceleration) return Miss::below_noise;
+  const std::vector<double> steps_s = delay_steps_s(rows);
+  if (steps_s.empty()) return Miss::below_noise;
   const DelayModel model(problem, rows, curve, steps_s);
   const auto motion = find_delay_motion(problem, model, rows, steps_s, constant);
   if (!motion) return Miss::not_converged;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -21,19 +22,6 @@ struct DelaySide {
   double passed_s = 0.0;  ///< where the light of the vehicle ends, cut off or not
 };
 
-/// From this moment on a vehicle's acceleration is another.
-struct AccelerationJump {
-  double time_s = 0.0;
-  double by_mps2 = 0.0;
-};
-
-/// How a vehicle's acceleration changes, where something beside the light tells.
-struct KnownAcceleration {
-  double std_mps2 = 1.5;  ///< of the acceleration, about nought, at the far pulse's peak
-  std::vector<AccelerationJump> jumps;
-  Eigen::MatrixXd covariance;  ///< of their sizes; empty: known
-};
-
 /// Two photodiodes at the same height and lateral place, looking the same way, one up the road from
 /// the other. Both receive the same function of the vehicle's distance ahead of them, whatever lamp
 /// and law it is, so the time between like powers is the baseline over the speed.
@@ -42,11 +30,12 @@ struct DelayProblem {
   Uncertain baseline_m;
   Uncertain log_ratio;           ///< ln of the gain of `far` over that of `near`; std 0: known
   double perpendicular_m = 0.0;  ///< from the lamps' path to the photodiodes
-  std::optional<KnownAcceleration> acceleration;  ///< none: it may wander
+  /// Times at which the speed is asked for; where none of the light is, the nearest that is.
+  double asked_from_s = -INFINITY, asked_to_s = INFINITY;
 };
 
 struct DelayFit {
-  SpeedEstimate speed;  ///< where within the blocks it is known best; positive: oncoming
+  SpeedEstimate speed;  ///< where of the times asked for it is known best; positive: oncoming
   double acceleration_mps2 = 0.0, acceleration_std_mps2 = 0.0;
   /// Of speed and acceleration at the speed's time.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();

@@ -4,22 +4,6 @@
 
 namespace vildar {
 
-std::optional<KnownAcceleration> acceleration_of(const Trajectory& trajectory) {
-  const GeometryProblem& problem = trajectory.problem;
-  const std::vector<AccelerationStep>& steps = problem.setting.steps;
-  if (steps.empty()) return std::nullopt;
-  const double scale_m = std::exp(trajectory.fit.parameters[kLogScale]);
-  KnownAcceleration found{problem.priors.acceleration_mps2.std, {}, {}};
-  Eigen::VectorXd by_size(static_cast<Eigen::Index>(steps.size()));
-  for (std::size_t k = 0; k < steps.size(); ++k) {
-    const double forward = steps[k].tau_s > 0.0 ? scale_m : -scale_m;
-    found.jumps.push_back({problem.reference_s + steps[k].tau_s, forward * steps[k].size});
-    by_size[static_cast<Eigen::Index>(k)] = forward;
-  }
-  found.covariance = by_size.asDiagonal() * trajectory.change.covariance * by_size.asDiagonal();
-  return found;
-}
-
 Outcome<JointFit> fit_with_delay(const Trajectory& camera_only, const DelayFit& delay,
                                  double time_std_s) {
   JointFit joint;

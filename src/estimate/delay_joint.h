@@ -7,10 +7,6 @@
 
 namespace vildar {
 
-/// How the acceleration of a vehicle changed, as its bearings show it; nothing where they are too
-/// few to tell.
-std::optional<KnownAcceleration> acceleration_of(const Trajectory& trajectory);
-
 /// Bearings, and the speed and acceleration that two photodiodes found by their delay. No lamp,
 /// beam or law is taken as known. `time_std_s` is the sigma of the photodiodes' clock against the
 /// camera's. Misses: not_converged, unobservable, sensors_contradict (the two disagree by more than

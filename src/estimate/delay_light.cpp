@@ -186,14 +186,14 @@ namespace {
 // The whole pulses say most. Where the light ends in an edge that no smooth curve follows (a mask,
 // another lamp coming in), their rise alone.
 Outcome<DelayFit> pair_speed(const Site& site, const PowerTrace& one, const PowerTrace& other,
-                             double from_s, double to_s,
-                             const std::optional<KnownAcceleration>& acceleration) {
+                             double from_s, double to_s, double asked_from_s, double asked_to_s) {
   constexpr double kAlikeChi2 = 1.5, kAlikeFactor = 1.5;
   Outcome<DelayFit> whole = Miss::no_scale;
   for (const bool to_peak : {false, true}) {
     auto problem = delay_problem(site, one, other, from_s, to_s, to_peak);
     if (const Miss* miss = std::get_if<Miss>(&problem)) return *miss;
-    std::get<DelayProblem>(problem).acceleration = acceleration;
+    std::get<DelayProblem>(problem).asked_from_s = asked_from_s;
+    std::get<DelayProblem>(problem).asked_to_s = asked_to_s;
     auto outcome = fit_delay(std::get<DelayProblem>(problem));
     const auto* fit = std::get_if<DelayFit>(&outcome);
     if (to_peak && fit) return outcome;
@@ -209,12 +209,12 @@ Outcome<DelayFit> pair_speed(const Site& site, const PowerTrace& one, const Powe
 }  // namespace
 
 Outcome<DelayFit> delay_speed(const Site& site, std::span<const PowerTrace* const> traces,
-                              double from_s, double to_s,
-                              const std::optional<KnownAcceleration>& acceleration) {
+                              double from_s, double to_s, double asked_from_s, double asked_to_s) {
   Outcome<DelayFit> best = Miss::no_scale;
   for (std::size_t i = 0; i < traces.size(); ++i)
     for (std::size_t j = i + 1; j < traces.size(); ++j) {
-      auto outcome = pair_speed(site, *traces[i], *traces[j], from_s, to_s, acceleration);
+      auto outcome =
+          pair_speed(site, *traces[i], *traces[j], from_s, to_s, asked_from_s, asked_to_s);
       const auto* fit = std::get_if<DelayFit>(&outcome);
       const auto* known = std::get_if<DelayFit>(&best);
       if ((!known && (fit || (i == 0 && j == 1))) ||

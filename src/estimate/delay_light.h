@@ -16,11 +16,12 @@ Outcome<DelayProblem> delay_problem(const Site& site, const PowerTrace& one,
                                     const PowerTrace& other, double from_s, double to_s,
                                     bool to_peak);
 
-/// The surest speed over all pairs of traces, between two clip times. Misses as above and those of
-/// fit_delay(); with fewer than two traces no_scale.
+/// The surest speed over all pairs of traces, between two clip times, of those at which it is asked
+/// for (see DelayProblem). Misses as above and those of fit_delay(); with fewer than two traces
+/// no_scale.
 Outcome<DelayFit> delay_speed(const Site& site, std::span<const PowerTrace* const> traces,
-                              double from_s, double to_s,
-                              const std::optional<KnownAcceleration>& acceleration = {});
+                              double from_s, double to_s, double asked_from_s = -INFINITY,
+                              double asked_to_s = INFINITY);
 
 /// Its row of methods.csv.
 MethodResult delay_row(const Outcome<DelayFit>& outcome);

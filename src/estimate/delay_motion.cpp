@@ -113,53 +113,10 @@ bool let_wander(const DelayModel& model, double between_s, double ratio_std, Del
   return true;
 }
 
-// The steps are known; their doubt is handed on.
-bool follow(const KnownAcceleration& known, const DelayModel& model, double ratio_std,
-            std::span<const double> steps_s, DelayMotion& found) {
-  constexpr int kMostIterations = 20;
-  const auto steps = static_cast<Eigen::Index>(steps_s.size());
-  // A step before the reference is taken backwards.
-  Eigen::VectorXd forward(steps);
-  for (Eigen::Index k = 0; k < steps; ++k) {
-    const auto at = static_cast<std::size_t>(k);
-    forward[k] = steps_s[at] > 0.0 ? 1.0 : -1.0;
-    found.value[model.first_step() + k] = forward[k] * known.jumps[at].by_mps2;
-  }
-  found.value = model.minimise(found.value, true, kMostIterations).value;
-  const auto reduced = reduce(model, model.at(found.value, true), found.noise_factor);
-  if (!reduced) return false;
-  const AccelerationPrior prior = acceleration_prior(model, found, reduced->kept);
-  found.acceleration_variance = known.std_mps2 * known.std_mps2;
-  const WanderNormal normal =
-      with_variance({reduced->information, reduced->gradient}, prior, found.acceleration_variance);
-  const Eigen::Index n = normal.gradient.size() - steps;
-  const Eigen::LDLT<Eigen::MatrixXd> solver(normal.information.topLeftCorner(n, n));
-  if (solver.info() != Eigen::Success || !solver.isPositive()) return false;
-  Eigen::VectorXd moved = Eigen::VectorXd::Zero(n + steps);
-  moved.head(n) = -solver.solve(normal.gradient.head(n));
-  found.value = reduced->gone(found.value, moved, 1.0);
-  found.known = reduced->kept;
-  found.covariance = Eigen::MatrixXd::Zero(n + steps, n + steps);
-  found.covariance.topLeftCorner(n, n) = solver.solve(Eigen::MatrixXd::Identity(n, n));
-  found.mismatch = ratio_std * found.covariance * reduced->mismatch;
-  if (known.covariance.size() == 0) return true;
-  Eigen::MatrixXd response(n + steps, steps);
-  response << -solver.solve(normal.information.topRightCorner(n, steps)),
-      Eigen::MatrixXd::Identity(steps, steps);
-  found.covariance += response * forward.asDiagonal() * known.covariance * forward.asDiagonal() *
-                      response.transpose();
-  return true;
-}
-
 }  // namespace
 
-std::vector<double> delay_steps_s(const DelayProblem& problem, const DelayRows& rows) {
+std::vector<double> delay_steps_s(const DelayRows& rows) {
   std::vector<double> steps_s;
-  if (problem.acceleration) {
-    for (const AccelerationJump& jump : problem.acceleration->jumps)
-      steps_s.push_back(jump.time_s - rows.reference_s);
-    return steps_s;
-  }
   constexpr int kSteps = 16;
   constexpr double kClearSigmas = 5.0;
   double from_s = INFINITY, to_s = -INFINITY;
@@ -180,11 +137,9 @@ std::optional<DelayMotion> find_delay_motion(const DelayProblem& problem, const 
   found.value = model.start(1.0);
   found.value.head(model.first_step()) = constant;
   found.noise_factor = noise_factor(rows, model.residuals(found.value));
-  const bool determined =
-      problem.acceleration
-          ? follow(*problem.acceleration, model, problem.log_ratio.std, steps_s, found)
-          : let_wander(model, steps_s[1] - steps_s[0], problem.log_ratio.std, found);
-  return determined ? std::optional(std::move(found)) : std::nullopt;
+  if (!let_wander(model, steps_s[1] - steps_s[0], problem.log_ratio.std, found))
+    return std::nullopt;
+  return found;
 }
 
 }  // namespace vildar

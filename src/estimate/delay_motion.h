@@ -8,9 +8,9 @@
 
 namespace vildar {
 
-/// Times, from the reference, at which the acceleration of a vehicle may change: those known, or
-/// evenly over the light.
-std::vector<double> delay_steps_s(const DelayProblem& problem, const DelayRows& rows);
+/// Times, from the reference, at which the acceleration of a vehicle may change: evenly over the
+/// light.
+std::vector<double> delay_steps_s(const DelayRows& rows);
 
 /// A delay fit whose acceleration takes steps.
 struct DelayMotion {
@@ -23,9 +23,9 @@ struct DelayMotion {
   double noise_factor = 1.0;  ///< of the variance, by which the blocks' own sigmas fall short
 };
 
-/// Lets the acceleration of a vehicle take the model's steps, starting from a fit with a constant
-/// one: known steps as they are known, others as far as the evidence of the light asks for. Nothing
-/// where the unknowns are not determined.
+/// Lets the acceleration of a vehicle take the model's steps as far as the evidence of the light
+/// asks for, starting from a fit with a constant one. Nothing where the unknowns are not
+/// determined.
 std::optional<DelayMotion> find_delay_motion(const DelayProblem& problem, const DelayModel& model,
                                              const DelayRows& rows, std::span<const double> steps_s,
                                              const Eigen::VectorXd& constant);

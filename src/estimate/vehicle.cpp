@@ -178,16 +178,19 @@ void fuse(const VehicleTrack& track, const Site& site, std::span<const VehiclePo
 }
 
 // Adds the method `delay_photodiodes`. The vehicle passes the photodiodes after the camera has lost
-// it; the traces are those of the time in which it is alone on them.
+// it, and may brake meanwhile: its speed is asked for in the time that the bearings tell of, but
+// for the end, into which such a change is smeared. The traces are those of the time in which it is
+// alone on them.
 std::optional<DelayFit> delay_of(const Site& site, std::span<const VehiclePower> power,
                                  const Trajectory* trajectory, VehicleResult& result) {
-  constexpr double kBefore_s = 0.5, kPassing_s = 4.0;
+  constexpr double kBefore_s = 0.5, kPassing_s = 4.0, kSmear_s = 0.3;
   std::vector<const PowerTrace*> traces;
   for (const VehiclePower& offered : power)
     if (!offered.shared) traces.push_back(offered.trace);
   const auto outcome =
       delay_speed(site, traces, result.t_first_s - kBefore_s, result.t_last_s + kPassing_s,
-                  trajectory ? acceleration_of(*trajectory) : std::nullopt);
+                  trajectory ? trajectory->from_s : -INFINITY,
+                  trajectory ? trajectory->to_s - kSmear_s : INFINITY);
   MethodResult row = delay_row(outcome);
   if (traces.size() < power.size() && traces.size() < 2) row.speed = Miss::several_vehicles;
   result.methods.push_back(row);

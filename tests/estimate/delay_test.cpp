@@ -2,6 +2,7 @@
 
 #include "delay_pass.h"
 #include "estimate/delay_light.h"
+#include "estimate/vehicle.h"
 
 namespace vildar {
 namespace {
@@ -11,10 +12,10 @@ using simulated::Receiving;
 struct Pair {
   PowerTrace near, far;
 
-  Outcome<DelayFit> speed(const Site& site,
-                          const std::optional<KnownAcceleration>& acceleration = {}) const {
+  Outcome<DelayFit> speed(const Site& site, double asked_from_s = -INFINITY,
+                          double asked_to_s = INFINITY) const {
     const std::array<const PowerTrace*, 2> traces{&near, &far};
-    return delay_speed(site, traces, 0.0, 8.0, acceleration);
+    return delay_speed(site, traces, 0.0, 8.0, asked_from_s, asked_to_s);
   }
 };
 
@@ -144,23 +145,38 @@ TEST(Delay, TheCurveFollowsTheWholePulseWhateverTheAcceleration) {
   }
 }
 
-TEST(Delay, AKnownJumpOfAccelerationDoesNotBendTheSpeed) {
+TEST(Delay, TheSpeedIsThatOfATimeAskedFor) {
   const Site site = simulated::two_photodiodes(2.0);
-  simulated::Vehicle vehicle;
-  vehicle.speed_mps = 28.0;
-  vehicle.change_s = 0.8;
-  vehicle.change_mps2 = -4.0;
+  const simulated::Vehicle vehicle{.speed_mps = 28.0, .acceleration_mps2 = -2.0};
   const Pair pair = pair_of(vehicle, site, {.snr_db = 60.0});
-  KnownAcceleration known{.std_mps2 = 4.0, .jumps = {{0.8, -4.0}}, .covariance = {}};
-  const auto fit = std::get<DelayFit>(pair.speed(site, known));
-  const double error_mps = fit.speed.speed_mps - vehicle.speed_at_mps(fit.speed.time_s);
-  EXPECT_LT(std::abs(error_mps), 4.0 * fit.speed.std_mps);
-  EXPECT_LT(std::abs(fit.acceleration_mps2 + 4.0), 4.0 * fit.acceleration_std_mps2);
-  // Not knowing how large it was makes both less sure.
-  known.covariance = Eigen::MatrixXd::Constant(1, 1, 4.0);
-  const auto unsure = std::get<DelayFit>(pair.speed(site, known));
-  EXPECT_GT(unsure.speed.std_mps, fit.speed.std_mps);
-  EXPECT_GT(unsure.acceleration_std_mps2, fit.acceleration_std_mps2);
+  const auto best = std::get<DelayFit>(pair.speed(site));
+  const double to_s = best.speed.time_s - 0.3;
+  const auto fit = std::get<DelayFit>(pair.speed(site, to_s - 0.2, to_s));
+  EXPECT_GE(fit.speed.time_s, to_s - 0.2);
+  EXPECT_LE(fit.speed.time_s, to_s);
+  EXPECT_GT(fit.speed.std_mps, best.speed.std_mps);
+  EXPECT_LT(std::abs(fit.speed.speed_mps - vehicle.speed_at_mps(fit.speed.time_s)),
+            4.0 * fit.speed.std_mps);
+}
+
+// The camera has lost the vehicle by then, and its bearings know nothing of it.
+TEST(Delay, ABrakingThatBeginsBehindTheCamerasViewDoesNotBendTheSpeed) {
+  Site site = simulated::two_photodiodes(2.0);
+  site.camera = simulated::mast_site(4.0).camera;
+  for (const double change_mps2 : {-3.0, -6.0}) {
+    const simulated::Vehicle vehicle{
+        .speed_mps = 20.0, .change_s = 2.0, .change_mps2 = change_mps2};
+    const Pair pair = pair_of(vehicle, site);
+    Random random(5);
+    const VehicleTrack track = simulated::track_of(vehicle, site, {.to_s = 2.0}, random);
+    const std::array<VehiclePower, 2> power{VehiclePower{&pair.near, false},
+                                            VehiclePower{&pair.far, false}};
+    const VehicleResult result = estimate_vehicle(track, site, power).result;
+    ASSERT_FALSE(result.withheld) << change_mps2;
+    EXPECT_EQ(result.method, Method::fused) << change_mps2;
+    const double error_mps = result.speed.speed_mps - vehicle.speed_at_mps(result.speed.time_s);
+    EXPECT_LT(std::abs(error_mps), 3.0 * result.speed.std_mps) << change_mps2;
+  }
 }
 
 TEST(Delay, SpeedGoesWithTheBaselineAndItsSigmaWithBoth) {
