@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -30,33 +31,53 @@ bool moves_with(const Lamp& lamp, const Lamp& reference) {
   return (lamp.velocity_pxps() - expected_pxps).norm() < give_pxps;
 }
 
-// A wet or smooth road shows a lamp at height h again at -h: same column, fainter, moving along.
-// A rough road draws the image out toward the viewer and fills it up to the lamp.
-bool mirrors(const Lamp& lamp, const Lamp& source, const RoadView& view) {
-  constexpr double kHighCamera_m = 2.0, kColumn_m = 0.2, kColumn_px = 1.5;
-  constexpr double kBrighterLn = 0.3, kNearerPair = 1.15;
+// How many lamp heights `lamp` stands below `source`, where it is in its column, no brighter, and
+// moves along with it.
+std::optional<double> heights_below(const Lamp& lamp, const Lamp& source, const RoadView& view) {
+  constexpr double kColumn_m = 0.2, kColumn_px = 1.5, kBrighterLn = 0.3;
   // Of clipped lights the larger one, not the stronger one, seems brighter.
   const bool clipped = lamp.records.back().sighting.saturated_px > 0 &&
                        source.records.back().sighting.saturated_px > 0;
-  if (!clipped && lamp.log_flux() > source.log_flux() + kBrighterLn) return false;
+  if (!clipped && lamp.log_flux() > source.log_flux() + kBrighterLn) return std::nullopt;
   const double inverse_depth = inverse_depth_of(source);
   const Eigen::Vector2d off_px = lamp.at_px() - source.at_px();
   const Eigen::Vector2d down_px = source.place().down_px;
   const double drop_px = off_px.dot(down_px) / down_px.norm();
-  if (!(drop_px > 1.0)) return false;
-  const double drop_m = drop_px / (down_px.norm() * inverse_depth);
-  const bool high = view.height_over_lamps_m() > kHighCamera_m;
-  const double heights = drop_m / view.lamp_height_m();
-  if (heights < (high ? 1.4 : 0.7) || heights > (high ? 2.8 : 5.0)) return false;
+  if (!(drop_px > 1.0)) return std::nullopt;
   const double column_px = (off_px - down_px.normalized() * drop_px).norm();
-  if (column_px > kColumn_px + kColumn_m * inverse_depth * view.focal_px()) return false;
+  if (column_px > kColumn_px + kColumn_m * inverse_depth * view.focal_px()) return std::nullopt;
+  if (!moves_with(lamp, source)) return std::nullopt;
+  return drop_px / (down_px.norm() * inverse_depth) / view.lamp_height_m();
+}
+
+constexpr double kHighCamera_m = 2.0, kLongestStreak = 5.0;  // lamp heights
+
+// A wet or smooth road shows a lamp at height h again at -h: same column, fainter, moving along.
+// A rough road draws the image out toward the viewer and fills it up to the lamp.
+bool mirrors(const Lamp& lamp, const Lamp& source, const RoadView& view) {
+  constexpr double kNearerPair = 1.15;
   // A nearer vehicle's lamps stand wider apart than the mirror image of a farther one's.
   if (lamp.vehicle && source.vehicle) {
     const double ratio = lamp.vehicle->width_per_depth / source.vehicle->width_per_depth;
     if (lamp.vehicle == source.vehicle || ratio > kNearerPair || ratio < 1.0 / kNearerPair)
       return false;
   }
-  return moves_with(lamp, source);
+  const bool high = view.height_over_lamps_m() > kHighCamera_m;
+  const auto heights = heights_below(lamp, source, view);
+  return heights && *heights > (high ? 1.4 : 0.7) && *heights < (high ? 2.8 : kLongestStreak);
+}
+
+// Are the lamps of `lower` the far end of the streaks that the lamps of `source` draw on the road?
+// They stand as far apart in the image as those, where a vehicle's would be `nearer` times as far,
+// which its separation tells only where that is much.
+bool is_image_of(const Vehicle& lower, const Vehicle& source, const RoadView& view) {
+  constexpr double kTold = 1.3;  // two standard deviations of two separations
+  const double nearer = lower.inverse_depth_per_m / source.inverse_depth_per_m;
+  const double ratio = lower.width_per_depth / source.width_per_depth;
+  if (!(nearer > kTold && ratio * ratio < nearer && ratio * ratio > 1.0 / nearer)) return false;
+  const auto left = heights_below(*lower.left, *source.left, view);
+  const auto right = heights_below(*lower.right, *source.right, view);
+  return left && right && std::max(*left, *right) < kLongestStreak;
 }
 
 // Number plate, bonnet, fog lamp, roof: within the body of a vehicle that has its lamps. The body
@@ -87,7 +108,7 @@ bool rides_on(const Lamp& lamp, const Vehicle& vehicle, const RoadView& view) {
 // The patch of road that a vehicle lights before itself moves along with it, and is wider than a
 // lamp would be there.
 bool lit_by(const Lamp& lamp, const Lamp& source, const RoadView& view) {
-  constexpr double kHighCamera_m = 2.0, kNearest_m = 1.0, kFarthest_m = 22.0, kBeside_m = 1.8;
+  constexpr double kNearest_m = 1.0, kFarthest_m = 22.0, kBeside_m = 1.8;
   constexpr double kWider = 1.4;
   const double height_m = view.height_over_lamps_m() + view.lamp_height_m();
   if (view.height_over_lamps_m() < kHighCamera_m || source.kind() == LampKind::taillamp)
@@ -161,6 +182,15 @@ void note_look_alikes(const Lamps& lamps, const Vehicles& vehicles, const RoadVi
     });
     lamp->on_vehicle.add(riding || lit, kMemory);
   }
+  const auto both_seen = [frame](const auto& vehicle) {
+    return vehicle->left && vehicle->right && vehicle->left->seen_at(frame) &&
+           vehicle->right->seen_at(frame);
+  };
+  for (const auto& vehicle : vehicles)
+    vehicle->images +=
+        both_seen(vehicle) && std::ranges::any_of(vehicles, [&](const auto& source) {
+          return source != vehicle && both_seen(source) && is_image_of(*vehicle, *source, view);
+        });
 }
 
 }  // namespace vildar

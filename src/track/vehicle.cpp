@@ -194,8 +194,10 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       duration_s(track.sightings) < options.min_duration_s ||
       static_cast<int>(looks.size()) < pairs_needed)
     return Verdict::short_track;
-  constexpr double kSecondShare = 0.4;
-  if (vehicle.second_on_body > kSecondShare * vehicle.both_seen) return Verdict::reflection;
+  constexpr double kSecondShare = 0.4, kImageShare = 0.5;
+  if (vehicle.second_on_body > kSecondShare * vehicle.both_seen ||
+      vehicle.images > kImageShare * vehicle.both_seen)
+    return Verdict::reflection;
   if ((!vehicle.cut_after && vehicle.chi2 > kMostChi2) ||
       too_faint(strengths, clipped / static_cast<double>(looks.size()), vehicle.kind, lights,
                 kFaintPair) ||

@@ -47,7 +47,8 @@ struct Scene {
   std::vector<Eigen::Vector3d> street_lamps;  ///< in the world
   double frame_rate_hz = 25.0, duration_s = 5.0;
   double noise_px = 0.15, miss_share = 0.02, clutter_per_frame = 0.0, shake_px = 0.0;
-  bool wet = false;            ///< mirror images of all lamps
+  bool wet = false;            ///< images on the road of all lamps
+  double image_heights = 2.0;  ///< how far below its lamp an image stands; 2: a mirror
   double resolution_px = 4.0;  ///< lights nearer than this are one blob
   std::uint64_t seed = 20260310;
 };
@@ -112,7 +113,7 @@ inline std::vector<Light> lights_at(const Scene& scene, const Camera& camera, do
     if (at_m.x() < 2.5) return;
     for (const bool mirror : {false, true}) {
       if (mirror && !scene.wet) continue;
-      if (mirror) at_m.z() = -at_m.z();
+      if (mirror) at_m.z() *= 1.0 - scene.image_heights;
       const auto pixel = camera.project(at_m);
       if (!pixel || pixel->x() < 0.0 || pixel->y() < 0.0 ||
           pixel->x() > scene.site.camera->width_px - 1 ||

@@ -97,6 +97,18 @@ TEST(TrackScene, WetRoadMirrorImagesAreNotVehicles) {
   }
 }
 
+TEST(TrackScene, EndsOfLongStreaksOnTheRoadAreNotVehicles) {
+  for (const double heights : {3.1, 3.8}) {
+    Scene made = mast();
+    made.wet = true;
+    made.image_heights = heights;
+    made.cars = {car(70, 3.6, -14), car(110, 3.6, -14)};
+    const auto outcome = scene::run(made);
+    EXPECT_EQ(outcome.tracks.size(), 2U) << heights << " lamp heights below";
+    expect_each_car_once(outcome, 2, 0.8);
+  }
+}
+
 TEST(TrackScene, DashcamSeparatesTrafficFromWhatStands) {
   Scene made = dashcam(14.0);
   made.cars = {car(150, 3.6, -13), car(190, 3.6, -12), car(25, 0, 15, LampKind::taillamp),
