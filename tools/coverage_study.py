@@ -91,7 +91,7 @@ def scores_of(program: str, folder: pathlib.Path, label: str) -> dict:
     if not scores.exists() or scores.stat().st_mtime < pathlib.Path(program).stat().st_mtime:
         run = folder / label
         clip, power = folder / "clip.mp4", folder / "photodiode.csv"
-        quietly(program, "run", *([clip] if clip.exists() else ["--photodiode", power]),
+        quietly(program, "run", *([clip] if clip.exists() else []), *(["--photodiode", power] if power.exists() else []),
                 "--site", folder / "site.yaml", "--out", run)
         quietly(program, "evaluate", run, folder, "--out", scores)
     return json.loads(scores.read_text())
