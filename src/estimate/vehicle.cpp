@@ -1,5 +1,6 @@
 #include "estimate/vehicle.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -74,13 +75,30 @@ void warn_of_doubt(std::span<const Trajectory> trajectories, double time_s, Vehi
                             "); its interval covers all of them");
 }
 
+// A light that never had a partner and drives in no lane is likelier lit paint or a lamp's image on
+// the road than a vehicle: few of those do.
+bool alone_in_no_lane(const VehicleTrack& track, const RoadSite& road,
+                      std::span<const Trajectory> trajectories) {
+  constexpr double kLikelier = 0.5;
+  if (!track.single_lamp || std::ranges::none_of(road.lanes, [&](const LaneSite& lane) {
+        return lane.direction == track.direction;
+      }))
+    return false;
+  double in_none = 0.0;
+  for (const Trajectory& one : trajectories) in_none += one.lane.empty() ? one.weight : 0.0;
+  return in_none > kLikelier;
+}
+
 // The speed that the program stands by, from trajectories and the method that gave them.
-void report(const VehicleTrack& track, std::span<const Trajectory> trajectories,
-            const SpeedEstimate& speed, VehicleResult& result) {
+void report(const VehicleTrack& track, const RoadSite& road,
+            std::span<const Trajectory> trajectories, const SpeedEstimate& speed,
+            VehicleResult& result) {
   const MotionState state = mixed_state(trajectories, speed.time_s);
   result.speed = speed;
   result.lane = sure_lane(trajectories);
   result.withheld = gate_speed(track, state, speed);
+  if (!result.withheld && alone_in_no_lane(track, road, trajectories))
+    result.withheld = Miss::not_on_road;
   if (result.withheld) return;
   result.range_ref_m = state.range_m;
   result.lateral_m = state.lateral_m;
@@ -161,7 +179,7 @@ void fuse(const VehicleTrack& track, const Site& site, std::span<const VehiclePo
   const SpeedEstimate speed = speed_of(joined.trajectories);
   method.samples += joined.samples;
   VehicleResult fused = result;
-  report(track, joined.trajectories, speed, fused);
+  report(track, site.road, joined.trajectories, speed, fused);
   if (fused.withheld) {
     method.speed = *fused.withheld;
     result.methods.push_back(method);
@@ -254,7 +272,7 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
   } else {
     trajectories = std::get<std::vector<Trajectory>>(std::move(fitted));
     result.n_frames = trajectories.front().frames;
-    report(track, trajectories, speed_of(trajectories), result);
+    report(track, site.road, trajectories, speed_of(trajectories), result);
   }
   MethodResult geometry{Method::geometry_camera, Miss::unobservable, result.n_frames, ""};
   if (result.withheld)

@@ -47,6 +47,23 @@ TEST(Hypotheses, AMotorcycleHasOneLampAndNoSeparation) {
   expect_covered(result_of(motorcycle, site, view), motorcycle);
 }
 
+TEST(Hypotheses, ALightAloneInNoLaneIsNoVehicle) {
+  const Site site = simulated::mast_site(4.0);
+  View view = kFewFrames;
+  for (const bool single_lamp : {false, true}) {
+    view.single_lamp = single_lamp;
+    const Vehicle in_lane{20.0, 0.0, 60.0, -4.2, 0.65, 1.2};
+    EXPECT_FALSE(result_of(in_lane, site, view).withheld);
+    // Where a lamp would be on the line between road and verge, lit paint is as good a guess.
+    const Vehicle beside{20.0, 0.0, 60.0, -6.0, 0.65, 1.2};
+    const VehicleResult result = result_of(beside, site, view);
+    EXPECT_EQ(result.withheld, single_lamp ? std::optional(Miss::not_on_road) : std::nullopt);
+  }
+  Site without_lanes = site;
+  without_lanes.road.lanes.clear();
+  EXPECT_FALSE(result_of({20.0, 0.0, 60.0, -6.0, 0.65, 1.2}, without_lanes, view).withheld);
+}
+
 TEST(Hypotheses, ClassesThatCannotBeToldApartBothLieInTheInterval) {
   // One lamp, no lane: nothing but its height, which is 0.5 m or 1.2 m, says how far it is.
   Site site = simulated::mixed_site(4.0);

@@ -87,8 +87,11 @@ TEST(OnePlace, WhatDrivesBesideIsAnotherVehicle) {
   const Vehicle beside = moved(kCar, 0.0, -3.0);
   EXPECT_FALSE(
       one_vehicle(estimate_of(1, kCar, Frames::even), estimate_of(2, beside, Frames::odd)));
-  const VehicleEstimate first = estimate_of(3, kMotorcycle, Frames::all, lone());
-  const VehicleEstimate second = estimate_of(4, moved(kMotorcycle, 0.0, -1.8), Frames::all, lone());
+  Site site = mast_site(5.0);
+  site.road.lanes.push_back({"middle", {-5.8, 0.3}, 1.8, Direction::oncoming});
+  const VehicleEstimate first = estimate_of(3, kMotorcycle, Frames::all, lone(), site);
+  const VehicleEstimate second =
+      estimate_of(4, moved(kMotorcycle, 0.0, -1.8), Frames::all, lone(), site);
   EXPECT_FALSE(one_vehicle(first, second));
   EXPECT_FALSE(one_vehicle(estimate_of(5, kCar, Frames::all), second));
 }
