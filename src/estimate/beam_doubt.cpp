@@ -1,7 +1,11 @@
 #include "estimate/beam_doubt.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include <Eigen/Cholesky>
 
@@ -15,7 +19,9 @@ namespace vildar {
 namespace {
 
 constexpr std::size_t kWaves = kBeamWaves;
+using Waves = std::array<double, kWaves>;
 constexpr double kBlock_s = 0.020;
+const double kAccelerationStd_mps2 = std::sqrt(kAccelerationVariance_m2ps4);
 
 struct Place {
   double ahead_m = 0.0, apart_m = 0.0;  ///< of the receiver: along the road, and across and below
@@ -34,22 +40,34 @@ Place place_at(const PowerCase& known, const PassMotion& motion, double time_s) 
           std::atan2(toward.y(), toward.x()) - point.heading_rad};
 }
 
-std::array<double, kWaves> waves_at(double off_axis_rad) {
-  std::array<double, kWaves> waves;
-  for (std::size_t k = 0; k < kWaves; ++k)
-    waves[k] = std::cos(static_cast<double>(k + 1) * kPi * off_axis_rad / kBeamEdge_rad);
+// cos(k x) by its recurrence in k.
+Waves waves_at(double off_axis_rad) {
+  const double first = std::cos(kPi * off_axis_rad / kBeamEdge_rad);
+  Waves waves;
+  for (double before = 1.0, now = first; double& wave : waves) {
+    wave = now;
+    now = 2.0 * first * now - std::exchange(before, now);
+  }
   return waves;
 }
 
-// The cosines at each time; where K was fitted to the light itself, less what went into it.
-std::vector<std::array<double, kWaves>> waves_of(const PowerCase& known, const PassMotion& motion,
-                                                 std::span<const double> time_s) {
-  std::vector<std::array<double, kWaves>> waves;
-  std::array<double, kWaves> mean{};
-  for (const double t_s : time_s) {
-    waves.push_back(waves_at(place_at(known, motion, t_s).off_axis_rad));
+std::vector<Place> places_of(const PowerCase& known, const PassMotion& motion,
+                             std::span<const double> time_s) {
+  std::vector<Place> places;
+  places.reserve(time_s.size());
+  for (const double t_s : time_s) places.push_back(place_at(known, motion, t_s));
+  return places;
+}
+
+// The cosines at each place; where K was fitted to the light itself, less what went into it.
+std::vector<Waves> waves_of(const PowerCase& known, const std::vector<Place>& places) {
+  std::vector<Waves> waves;
+  waves.reserve(places.size());
+  Waves mean{};
+  for (const Place& place : places) {
+    waves.push_back(waves_at(place.off_axis_rad));
     for (std::size_t k = 0; k < kWaves; ++k)
-      mean[k] += waves.back()[k] / static_cast<double>(time_s.size());
+      mean[k] += waves.back()[k] / static_cast<double>(places.size());
   }
   if (!known.log_gain_per_exponent) return waves;
   for (auto& at : waves)
@@ -96,14 +114,14 @@ class PassLight {
 
   std::optional<Residuals> residuals(const Eigen::VectorXd& z, double ripple_nat,
                                      bool with_slopes) const {
-    const auto light_w = law_w(z, ripple_nat);
-    if (!light_w) return std::nullopt;
+    const auto light = light_of(z, motion_of(z), ripple_nat);
+    if (!light) return std::nullopt;
     const auto n = static_cast<Eigen::Index>(blocks());
     Residuals found;
     found.values.resize(n + kPriors);
     for (Eigen::Index i = 0; i < n; ++i) {
       const auto at = static_cast<std::size_t>(i);
-      found.values[i] = ((*light_w)[at] + z[kDark] * background_std_w_ - blocks_.power_w[at]) /
+      found.values[i] = (light->power_w[at] + z[kDark] * background_std_w_ - blocks_.power_w[at]) /
                         blocks_.sigma_w[at];
     }
     found.values.tail(kPriors) = z.tail(kPriors);
@@ -111,25 +129,17 @@ class PassLight {
     if (!with_slopes) return found;
     found.slopes = Eigen::MatrixXd::Zero(kUnknowns, n + kPriors);
     found.slopes.block(kSpeedingUp, n, kPriors, kPriors).setIdentity();
-    const auto waves = waves_of(known_of(z), motion_of(z), blocks_.time_s);
-    for (int k = 0; k < kGain; ++k) {
-      constexpr double kStep = 1e-5;
-      Eigen::VectorXd beside = z;
-      beside[k] += kStep;
-      const auto beside_w = law_w(beside, ripple_nat);
-      if (!beside_w) return std::nullopt;
-      for (std::size_t i = 0; i < blocks(); ++i)
-        found.slopes(k, static_cast<Eigen::Index>(i)) =
-            ((*beside_w)[i] - (*light_w)[i]) / kStep / blocks_.sigma_w[i];
-    }
+    if (!add_slopes_of_motion(z, ripple_nat, *light, found.slopes) ||
+        !add_slopes_of_case(z, ripple_nat, *light, found.slopes))
+      return std::nullopt;
     for (std::size_t i = 0; i < blocks(); ++i) {
       const auto column = static_cast<Eigen::Index>(i);
-      const double share = (*light_w)[i] / blocks_.sigma_w[i];
+      const double share = light->power_w[i] / blocks_.sigma_w[i];
       found.slopes(kGain, column) = share * known_.log_gain_std;
       found.slopes(kDark, column) = background_std_w_ / blocks_.sigma_w[i];
       for (std::size_t k = 0; k < kWaves; ++k)
         found.slopes(kWave + static_cast<Eigen::Index>(k), column) =
-            share * waves[i][k] * ripple_nat / static_cast<double>(k + 1);
+            share * light->waves[i][k] * ripple_nat / static_cast<double>(k + 1);
     }
     return found;
   }
@@ -139,7 +149,7 @@ class PassLight {
     PassMotion motion = motion_;
     motion.speed_mps *= std::exp(z[kLogSpeed]);
     motion.along_m += ahead_m_ * std::expm1(z[kLogAlong]);
-    motion.acceleration_mps2 = std::sqrt(kAccelerationVariance_m2ps4) * z[kSpeedingUp];
+    motion.acceleration_mps2 = kAccelerationStd_mps2 * z[kSpeedingUp];
     return motion;
   }
 
@@ -155,24 +165,85 @@ class PassLight {
     return known;
   }
 
-  // Light without background; nothing where the vehicle is not ahead throughout.
-  std::optional<std::vector<double>> law_w(const Eigen::VectorXd& z, double ripple_nat) const {
+  // Without background, of each block.
+  struct Light {
+    std::vector<Place> places;
+    std::vector<Waves> waves;
+    std::vector<double> beam;  // of what the law has
+    std::vector<double> power_w;
+  };
+
+  // Nothing where the vehicle is not ahead throughout.
+  std::optional<Light> light_of(const Eigen::VectorXd& z, const PassMotion& motion,
+                                double ripple_nat) const {
     const PowerCase known = known_of(z);
-    const PassMotion motion = motion_of(z);
     if (!(known.law.path_loss_exponent > 0.0)) return std::nullopt;
     if (known.bend != 0.0 && !(known.lane_radius_m() > 0.0)) return std::nullopt;
-    const auto waves = waves_of(known, motion, blocks_.time_s);
-    std::vector<double> light_w;
-    for (std::size_t i = 0; i < blocks(); ++i) {
-      const Place place = place_at(known, motion, blocks_.time_s[i]);
+    Light light{places_of(known, motion, blocks_.time_s), {}, {}, {}};
+    for (const Place& place : light.places)
       if (!(place.ahead_m > 0.0)) return std::nullopt;
+    light.waves = waves_of(known, light.places);
+    light.beam.reserve(blocks());
+    for (const Waves& waves : light.waves) {
       double unlike = 0.0;
       for (std::size_t k = 0; k < kWaves; ++k)
         unlike +=
-            z[kWave + static_cast<int>(k)] * ripple_nat / static_cast<double>(k + 1) * waves[i][k];
-      light_w.push_back(known.law.power_w(place.ahead_m, place.apart_m) * std::exp(unlike));
+            z[kWave + static_cast<int>(k)] * ripple_nat / static_cast<double>(k + 1) * waves[k];
+      light.beam.push_back(std::exp(unlike));
     }
-    return light_w;
+    light.power_w = power_of(known.law, light);
+    return light;
+  }
+
+  static std::vector<double> power_of(const PowerLaw& law, const Light& light) {
+    std::vector<double> power_w;
+    power_w.reserve(light.places.size());
+    for (std::size_t i = 0; i < light.places.size(); ++i)
+      power_w.push_back(law.power_w(light.places[i].ahead_m, light.places[i].apart_m) *
+                        light.beam[i]);
+    return power_w;
+  }
+
+  // All that moves the vehicle moves it along its path.
+  bool add_slopes_of_motion(const Eigen::VectorXd& z, double ripple_nat, const Light& light,
+                            Eigen::MatrixXd& slopes) const {
+    constexpr double kStep_m = 1e-4;
+    const PassMotion motion = motion_of(z);
+    PassMotion beyond = motion;
+    beyond.along_m += kStep_m;
+    const auto beside = light_of(z, beyond, ripple_nat);
+    if (!beside) return false;
+    for (std::size_t i = 0; i < blocks(); ++i) {
+      const double per_m = (beside->power_w[i] - light.power_w[i]) / kStep_m / blocks_.sigma_w[i];
+      const double tau_s = blocks_.time_s[i] - motion.reference_s;
+      auto column = slopes.col(static_cast<Eigen::Index>(i));
+      column[kLogSpeed] = -per_m * tau_s * motion.speed_mps;
+      column[kLogAlong] = per_m * ahead_m_ * std::exp(z[kLogAlong]);
+      column[kSpeedingUp] = -0.5 * per_m * tau_s * tau_s * kAccelerationStd_mps2;
+    }
+    return true;
+  }
+
+  bool add_slopes_of_case(const Eigen::VectorXd& z, double ripple_nat, const Light& light,
+                          Eigen::MatrixXd& slopes) const {
+    constexpr double kStep = 1e-5;
+    const auto add = [&](Unknown unknown, const std::vector<double>& beside_w) {
+      for (std::size_t i = 0; i < blocks(); ++i)
+        slopes(unknown, static_cast<Eigen::Index>(i)) =
+            (beside_w[i] - light.power_w[i]) / kStep / blocks_.sigma_w[i];
+    };
+    Eigen::VectorXd steeper = z;
+    steeper[kGamma] += kStep;
+    add(kGamma, power_of(known_of(steeper).law, light));  // from the same places
+    for (const Unknown unknown : {kAside, kHeight, kRadius}) {
+      if (unknown == kRadius && known_.bend == 0.0) continue;
+      Eigen::VectorXd beside = z;
+      beside[unknown] += kStep;
+      const auto there = light_of(beside, motion_of(z), ripple_nat);
+      if (!there) return false;
+      add(unknown, there->power_w);
+    }
+    return true;
   }
 
   SeriesBlocks blocks_;
@@ -231,7 +302,7 @@ std::optional<double> beam_ripple_nat(const PowerSeries& series, const PowerCase
 double beam_variance(const PowerSeries& series, const PowerCase& known, const PassMotion& motion,
                      double ripple_nat, const std::function<double(const PowerSeries&)>& estimate) {
   constexpr double kStep_nat = 0.01;
-  const auto waves = waves_of(known, motion, series.time_s);
+  const auto waves = waves_of(known, places_of(known, motion, series.time_s));
   double variance = 0.0;
   for (std::size_t k = 0; k < kWaves; ++k) {
     double found[2];
