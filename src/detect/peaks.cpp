@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
 #include <utility>
 
@@ -36,6 +37,15 @@ bool is_above_noise(const LumaView& luma, std::span<const int> run_indices,
   return pixels >= rules.min_area_px &&
          excess >= kLeastExcessSigma * rules.noise_codes * std::sqrt(pixels);
 }
+
+/// The label of a set: its number from 1 on, and below it the number's complement. Of several
+/// labels and 0s put together bit by bit, the two have a bit in common unless all labels are one.
+std::uint64_t label_of(int set) {
+  const auto number = static_cast<std::uint32_t>(set) + 1;
+  return std::uint64_t{number} << 32 | static_cast<std::uint32_t>(~number);
+}
+std::uint32_t number_in(std::uint64_t label) { return static_cast<std::uint32_t>(label >> 32); }
+int set_of(std::uint64_t label) { return static_cast<int>(number_in(label)) - 1; }
 
 /// Whether a peak of height `top` stands clear of a valley of height `valley`.
 bool stands_clear(int top, int valley, int clip_code, int least_valley_codes, double neck_share) {
@@ -90,17 +100,17 @@ void PeakFinder::close(int root, int valley_code, bool split, const PeakRules& r
 void PeakFinder::fill_depths(int clip_code) {
   // Two raster passes over the padded box; pixels off the plateau keep depth 0.
   const auto depth_from = [&](int cell, int direction) {
-    const int* row = &grid_[cell + direction * grid_width_];
+    const std::uint64_t* row = &grid_[cell + direction * grid_width_];
     return std::min({grid_[cell + direction] + kStraight, row[0] + kStraight, row[-1] + kDiagonal,
                      row[1] + kDiagonal});
   };
   for (const int node : plateau_) grid_[nodes_[node].cell] = depth_from(nodes_[node].cell, -1);
   std::for_each(plateau_.rbegin(), plateau_.rend(), [&](int node) {
-    int& depth = grid_[nodes_[node].cell];
+    std::uint64_t& depth = grid_[nodes_[node].cell];
     depth = std::min(depth, depth_from(nodes_[node].cell, 1));
   });
   for (const int node : plateau_)
-    nodes_[node].height = clip_code + std::exchange(grid_[nodes_[node].cell], 0);
+    nodes_[node].height = clip_code + static_cast<int>(std::exchange(grid_[nodes_[node].cell], 0));
 }
 
 void PeakFinder::sort_by_height() {
@@ -227,34 +237,44 @@ int PeakFinder::join(int mine, int theirs, int height, const PeakRules& rules) {
 }
 
 /// The set that a node lower than all so far belongs to: that about it, those about it joined, or
-/// one of its own.
+/// one of its own. Few nodes have more than one about them.
 int PeakFinder::set_about(int node, const PeakRules& rules) {
   const int row = grid_width_;
-  const int* middle = &grid_[nodes_[node].cell];
-  const int height = nodes_[node].height;
-  const std::array<int, 8> about{middle[-1],      middle[1],        middle[-row],
-                                 middle[row],     middle[-row - 1], middle[-row + 1],
-                                 middle[row - 1], middle[row + 1]};
-  int last = 0;
-  for (const int label : about) last = std::max(last, label);
-  if (last == 0) {
+  const std::uint64_t* middle = &grid_[nodes_[node].cell];
+  const std::uint64_t all = middle[-1] | middle[1] | middle[-row] | middle[row] | middle[-row - 1] |
+                            middle[-row + 1] | middle[row - 1] | middle[row + 1];
+  if (all == 0) {
     const int own = static_cast<int>(sets_.size());
-    sets_.push_back({own, node, node, height, 1, false});
+    sets_.push_back({own, node, node, nodes_[node].height, 1, false});
     return own;
   }
-  int mine = root_of(last - 1);
-  Set& set = sets_[mine];
+  if ((number_in(all) & static_cast<std::uint32_t>(all)) != 0) return join_about(node, rules);
+  const int mine = root_of(set_of(all));
+  append(node, mine);
+  return mine;
+}
+
+int PeakFinder::join_about(int node, const PeakRules& rules) {
+  const int row = grid_width_;
+  const std::uint64_t* middle = &grid_[nodes_[node].cell];
+  const std::array<std::uint64_t, 8> about{middle[-1],      middle[1],        middle[-row],
+                                           middle[row],     middle[-row - 1], middle[-row + 1],
+                                           middle[row - 1], middle[row + 1]};
+  int mine = root_of(set_of(*std::max_element(about.begin(), about.end())));
+  append(node, mine);
+  for (const std::uint64_t label : about) {
+    if (label == 0) continue;
+    const int theirs = root_of(set_of(label));
+    if (theirs != mine) mine = join(mine, theirs, nodes_[node].height, rules);
+  }
+  return mine;
+}
+
+void PeakFinder::append(int node, int root) {
+  Set& set = sets_[root];
   nodes_[set.last].next = node;
   set.last = node;
   ++set.count;
-  bool others = false;  // most pixels have one set about them
-  for (const int label : about) others |= (label != 0) & (label != last);
-  for (std::size_t i = 0; others && i < about.size(); ++i) {
-    if (about[i] == 0) continue;
-    const int theirs = root_of(about[i] - 1);
-    if (theirs != mine) mine = join(mine, theirs, height, rules);
-  }
-  return mine;
 }
 
 void PeakFinder::add(const LumaView& luma, std::span<const int> run_indices,
@@ -265,7 +285,7 @@ void PeakFinder::add(const LumaView& luma, std::span<const int> run_indices,
   load(luma, run_indices, runs, floor, rules);
   sort_by_height();
   sets_.clear();
-  for (const int node : order_) grid_[nodes_[node].cell] = set_about(node, rules) + 1;
+  for (const int node : order_) grid_[nodes_[node].cell] = label_of(set_about(node, rules));
   for (const Node& node : nodes_) grid_[node.cell] = 0;
   // One set is left, or several where the floor has parted the area.
   for (int set = 0; set < static_cast<int>(sets_.size()); ++set)

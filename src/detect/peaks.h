@@ -80,6 +80,8 @@ class PeakFinder {
                  const std::vector<PixelRun>& runs, int threshold_code, const PeakRules& rules);
   int root_of(int set);
   int set_about(int node, const PeakRules& rules);
+  int join_about(int node, const PeakRules& rules);
+  void append(int node, int root);
   int join(int mine, int theirs, int height, const PeakRules& rules);
   void close(int set, int valley_code, bool split, const PeakRules& rules);
   void fill_depths(int clip_code);
@@ -95,9 +97,9 @@ class PeakFinder {
   std::vector<int> plateau_;       // nodes that clip
   std::vector<PixelRun> clipped_;  // runs of nodes no valley below
   HeadFinder heads_;
-  /// Padded box of the area, 0 between calls: depths of clipped pixels, then set + 1 of those that
-  /// have one.
-  std::vector<int> grid_;
+  /// Padded box of the area, 0 between calls: depths of clipped pixels, then the labels of those
+  /// that have a set.
+  std::vector<std::uint64_t> grid_;
   int grid_width_ = 0;
 };
 
