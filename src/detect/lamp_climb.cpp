@@ -17,6 +17,26 @@ constexpr int kMostIterations = 20;
 constexpr double kDone = 4e-3, kLastStep = 0.04;
 constexpr double kRounding = 1e-6, kLeastFall = 1e-3;  // of costs in single precision
 
+/// The falls that a climb expected, of steps that were taken one after the other.
+class Falls {
+ public:
+  void add(double fall) {
+    std::rotate(last_.begin(), last_.begin() + 1, last_.end());
+    last_.back() = fall;
+  }
+  void clear() { last_.fill(0.0); }
+  /// Whether the climb goes to and fro between two places, as across a step in the pixels' noise:
+  /// it would do so for good.
+  bool circle() const {
+    constexpr double kAlike = 0.005;
+    return std::abs(last_[3] - last_[1]) <= kAlike * last_[1] &&
+           std::abs(last_[2] - last_[0]) <= kAlike * last_[0];
+  }
+
+ private:
+  std::array<double, 4> last_{};
+};
+
 }  // namespace
 
 // Where pixels clip, the rim fixes the flux for each radius, a share of the rim's.
@@ -117,11 +137,14 @@ bool LampFitter::climb(const FrameLight& light, std::span<const LampGuess> guess
   sum = add_up(light);
   std::swap(accepted_, trial_);
   double damping = 1e-3;
+  Falls falls;
   for (int i = 0; i < kMostIterations; ++i, ++result_.iterations) {
     Vector move = step(sum, damping);
     if (!move.allFinite()) return false;
     const double fall = move.dot(sum.score);
     if (damping < 1.0 && fall < kDone) return true;
+    falls.add(fall);
+    if (falls.circle()) return false;
     const std::optional<Vector> after = moved(move, guesses);
     if (!after) return false;
     const Vector before = parameters_;
@@ -134,6 +157,7 @@ bool LampFitter::climb(const FrameLight& light, std::span<const LampGuess> guess
       damping = std::max(0.2 * damping, 1e-7);
     } else {
       set_parameters(before);
+      falls.clear();
       damping = std::max(10.0 * damping, 1e-4);
       if (damping > 1e8) return false;
     }

@@ -283,6 +283,32 @@ TEST(LampFit, RimsThatCodingSoftenedMoveTheLightLessWhereTheyCountLess) {
   }
 }
 
+// A table of noise has steps, and where a summit lies at one a climb goes to and fro across it.
+TEST(LampFit, GivesUpSoonWhereItGoesToAndFro) {
+  const LinearCamera camera;
+  LampPictures pictures(kGlare, kSize_px);
+  std::vector<float> coding;  // the brighter, the less sure, as clips coded with loss are
+  for (int i = 0; i <= 256; ++i) {
+    const double sigma = 0.018 * (0.1 + 2.0 * i / 256.0);
+    coding.push_back(static_cast<float>(sigma * sigma));
+  }
+  Random random(29);
+  LampFitter fitter(kGlare);
+  constexpr int kTrials = 200, kMostSteps = 12;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const double u = 32.0 + random.uniform(-0.5, 0.5), v = 32.0 + random.uniform(-0.5, 0.5);
+    const double disc_px = random.uniform(0.2, 1.5), times = random.uniform(0.05, 0.8);
+    // A second light beside it leaves residuals that weigh.
+    FrameLight frame = camera.expose(
+        pictures.of({LampPictures::lamp(u, v, disc_px, pictures.flux(disc_px, times)),
+                     LampPictures::lamp(u + 2.5, v, 0.2, 0.1 * pictures.flux(0.2, times))}),
+        kSize_px, random);
+    frame.noise.rounding = coding;
+    const LampsFit& fit = fitter.fit(frame, {{guess_of(frame, 1.2)}}, false);
+    EXPECT_LE(fit.iterations, kMostSteps * (fit.attempt + 1)) << trial;
+  }
+}
+
 TEST(LampFit, RefusesWhatItCannotFit) {
   const LinearCamera camera;
   Random random(24);
