@@ -196,6 +196,26 @@ double bend_mps(const DelayRows& rows, const DelayModel& model, const Eigen::Vec
   return (speeds_mps - line * nearest).cwiseAbs().maxCoeff();
 }
 
+// The hardest that the vehicle surely braked and sped up.
+void put_hardest(const DelayRows& rows, const DelayModel& model, const DelayMotion& found,
+                 DelayFit& fit) {
+  constexpr int kTimes = 33;
+  constexpr double kSigmas = 2.0;
+  const double widened = fit.sigma_factor * fit.sigma_factor / found.noise_factor;
+  for (int i = 0; i < kTimes; ++i) {
+    const double tau_s = rows.first_s + (rows.last_s - rows.first_s) * i / (kTimes - 1);
+    const DelayModel::Motion motion = model.motion_at(found.value, tau_s);
+    const Eigen::VectorXd slopes = motion.acceleration_slopes(found.known);
+    const double doubt_mps2 =
+        kSigmas * std::hypot(std::sqrt(widened * slopes.dot(found.covariance * slopes)),
+                             slopes.dot(found.mismatch));
+    fit.surely_brakes_mps2 =
+        std::max(fit.surely_brakes_mps2, -motion.acceleration_mps2 - doubt_mps2);
+    fit.surely_speeds_up_mps2 =
+        std::max(fit.surely_speeds_up_mps2, motion.acceleration_mps2 - doubt_mps2);
+  }
+}
+
 // Speed and acceleration with their covariance at the time at which the speed is known best.
 void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayModel& model,
                const DelayMotion& found, DelayFit& fit) {
@@ -278,6 +298,7 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   const double steady_chi2 = DelayModel(problem, rows, curve).residuals(constant).squaredNorm();
   fit.wander_chi2 = (steady_chi2 - residuals.squaredNorm()) / motion->noise_factor;
   fit.bend_mps = bend_mps(rows, model, motion->value);
+  put_hardest(rows, model, *motion, fit);
   fit.log_ratio = motion->value[kLogFarGain];
   if (problem.log_ratio.std > 0.0)
     fit.log_ratio_std =

@@ -48,6 +48,8 @@ struct DelayFit {
   /// By how much chi-square falls once the acceleration may wander, in units of the noise.
   double wander_chi2 = 0.0;
   double bend_mps = 0.0;  ///< how far the speed goes from that of a constant acceleration
+  /// Two sigmas less than the hardest braking and speeding up at any time; not negative.
+  double surely_brakes_mps2 = 0.0, surely_speeds_up_mps2 = 0.0;
 };
 
 /// Speed and acceleration from two pulses, their common shape being a free smooth curve with as

@@ -145,6 +145,29 @@ TEST(Delay, TheCurveFollowsTheWholePulseWhateverTheAcceleration) {
   }
 }
 
+// What lamps that pitch do: the light of both photodiodes changes at one time, not at one place.
+TEST(Delay, LampsThatFadeInTimeGiveNoSpeed) {
+  constexpr double kHz = 1.5, kShare = 0.05;
+  const Site site = simulated::two_photodiodes(2.0);
+  for (const double speed_mps : {12.0, 20.0, 28.0})
+    for (const double phase_rad : {0.0, 1.5, 3.0, 4.5}) {
+      const simulated::Vehicle vehicle{.speed_mps = speed_mps};
+      Pair pair = pair_of(vehicle, site);
+      const auto measured = [&] {
+        const std::array<PowerTrace, 2> traces{pair.near, pair.far};
+        const double abeam_s = vehicle.along_m / speed_mps;
+        return !estimate_pass({0.0, abeam_s + 0.5, abeam_s - 0.5}, 1, site, traces).withheld;
+      };
+      EXPECT_TRUE(measured()) << speed_mps;
+      for (PowerTrace* trace : {&pair.near, &pair.far})
+        for (std::size_t i = 0; i < trace->time_s.size(); ++i) {
+          const double fade = kShare * std::sin(2.0 * kPi * kHz * trace->time_s[i] + phase_rad);
+          trace->power_w[i] += static_cast<float>(fade * (trace->power_w[i] - trace->ambient_w));
+        }
+      EXPECT_FALSE(measured()) << speed_mps << " " << phase_rad;
+    }
+}
+
 TEST(Delay, TheSpeedIsThatOfATimeAskedFor) {
   const Site site = simulated::two_photodiodes(2.0);
   const simulated::Vehicle vehicle{.speed_mps = 28.0, .acceleration_mps2 = -2.0};
