@@ -24,24 +24,16 @@ RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, in
   const ChromaView& chroma = frame.chroma;
   if (!chroma.present()) return {};
   const LumaView& luma = frame.luma;
-  const bool deep = chroma.bit_depth > 8;
-  const int step_bytes = chroma.step_bytes * (deep ? 2 : 1);
   const int u_from = std::max(box.u_min - 2, 0), u_to = std::min(box.u_max + 2, luma.width_px - 1);
   const int v_from = std::max(box.v_min - 2, 0), v_to = std::min(box.v_max + 2, luma.height_px - 1);
   std::int64_t n = 0, cr_codes = 0, cb_codes = 0;
   for (int v = v_from; v <= v_to; ++v) {
     const PixelRun row{v, u_from, u_to + 1};
     if (brightest_of(luma, row) < level_code) continue;
-    const std::ptrdiff_t row_bytes = (v >> chroma.shift_v) * chroma.stride_bytes;
     for_each_code(luma, row, [&](int u, int code) {
       if (code < level_code || code >= clip_code) return;
-      const std::ptrdiff_t at = row_bytes + (u >> chroma.shift_u) * step_bytes;
-      cr_codes += chroma.cr[at];
-      cb_codes += chroma.cb[at];
-      if (deep) {
-        cr_codes += chroma.cr[at + 1] << 8;
-        cb_codes += chroma.cb[at + 1] << 8;
-      }
+      cr_codes += chroma.cr_code(u, v);
+      cb_codes += chroma.cb_code(u, v);
       ++n;
     });
   }

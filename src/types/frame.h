@@ -43,15 +43,20 @@ struct ChromaView {
   int bit_depth = 8;
 
   bool present() const { return cb != nullptr && cr != nullptr; }
-  /// Cb and Cr around zero, as fractions of full scale in [-0.5, 0.5], at luma position (u, v).
-  double cb_fraction(int u, int v) const { return fraction(cb, u, v); }
-  double cr_fraction(int u, int v) const { return fraction(cr, u, v); }
+  /// Code values at luma position (u, v); 2^(bit_depth - 1) is no colour.
+  int cb_code(int u, int v) const { return code(cb, u, v); }
+  int cr_code(int u, int v) const { return code(cr, u, v); }
+  /// The same around zero, as fractions of full scale in [-0.5, 0.5].
+  double cb_fraction(int u, int v) const { return fraction(cb_code(u, v)); }
+  double cr_fraction(int u, int v) const { return fraction(cr_code(u, v)); }
 
  private:
-  double fraction(const std::uint8_t* plane, int u, int v) const {
+  int code(const std::uint8_t* plane, int u, int v) const {
     const std::uint8_t* sample = plane + (v >> shift_v) * stride_bytes +
                                  (u >> shift_u) * step_bytes * (bit_depth > 8 ? 2 : 1);
-    const int code = bit_depth > 8 ? sample[0] | sample[1] << 8 : *sample;
+    return bit_depth > 8 ? sample[0] | sample[1] << 8 : *sample;
+  }
+  double fraction(int code) const {
     const int middle = 1 << (bit_depth - 1);
     return static_cast<double>(code - middle) / (2.0 * middle);
   }
