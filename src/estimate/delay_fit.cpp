@@ -223,19 +223,29 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
   constexpr int kTimes = 32;
   const double baseline_share = problem.baseline_m.std / problem.baseline_m.mean;
   const double widened = fit.sigma_factor * fit.sigma_factor / found.noise_factor;
-  double least = INFINITY;
+  double least = INFINITY, least_of_all = INFINITY;
   const double from_s =
       std::clamp(problem.asked_from_s - rows.reference_s, rows.first_s, rows.last_s);
   const double to_s = std::clamp(problem.asked_to_s - rows.reference_s, from_s, rows.last_s);
-  for (int i = 0; i <= kTimes; ++i) {
-    const double tau_s = from_s + (to_s - from_s) * i / kTimes;
-    const DelayModel::Motion motion = model.motion_at(found.value, tau_s);
+  const auto covariance_of = [&](const DelayModel::Motion& motion) -> Eigen::Matrix2d {
     Eigen::MatrixX2d slopes(found.covariance.rows(), 2);
     slopes.col(0) = motion.speed_slopes(found.known);
     slopes.col(1) = motion.acceleration_slopes(found.known);
     const Eigen::Vector2d unlike = slopes.transpose() * found.mismatch;
-    const Eigen::Matrix2d covariance =
-        widened * slopes.transpose() * found.covariance * slopes + unlike * unlike.transpose();
+    return widened * slopes.transpose() * found.covariance * slopes + unlike * unlike.transpose();
+  };
+  for (int i = 0; i <= kTimes; ++i) {
+    const double tau_s = rows.first_s + (rows.last_s - rows.first_s) * i / kTimes;
+    const DelayModel::Motion motion = model.motion_at(found.value, tau_s);
+    const double relative = covariance_of(motion)(0, 0) / (motion.speed_mps * motion.speed_mps);
+    if (!(relative < least_of_all)) continue;
+    least_of_all = relative;
+    fit.surest_s = rows.reference_s + tau_s;
+  }
+  for (int i = 0; i <= kTimes; ++i) {
+    const double tau_s = from_s + (to_s - from_s) * i / kTimes;
+    const DelayModel::Motion motion = model.motion_at(found.value, tau_s);
+    const Eigen::Matrix2d covariance = covariance_of(motion);
     const double relative = covariance(0, 0) / (motion.speed_mps * motion.speed_mps);
     if (!(relative < least)) continue;
     least = relative;

@@ -36,6 +36,7 @@ struct DelayProblem {
 
 struct DelayFit {
   SpeedEstimate speed;  ///< where of the times asked for it is known best; positive: oncoming
+  double surest_s = 0.0;  ///< where of all times of the light the speed is known best
   double acceleration_mps2 = 0.0, acceleration_std_mps2 = 0.0;
   /// Of speed and acceleration at the speed's time.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();
