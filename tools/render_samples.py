@@ -42,7 +42,7 @@ def score(program: str, folder: pathlib.Path) -> None:
 
 def main() -> int:
     words = [word for word in sys.argv[1:] if word != "--scores"]
-    if not words:
+    if not words or words[0].startswith("-"):
         print(__doc__, file=sys.stderr)
         return 2
     program, names = words[0], words[1:]
