@@ -216,49 +216,65 @@ void put_hardest(const DelayRows& rows, const DelayModel& model, const DelayMoti
   }
 }
 
-// Speed and acceleration with their covariance at the time at which the speed is known best.
+// Speed and acceleration with their covariance at that of the times asked for at which the speed is
+// known best.
 void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayModel& model,
                const DelayMotion& found, DelayFit& fit) {
   constexpr double kTwoSided95 = 1.959963984540054;
-  constexpr int kTimes = 32;
   const double baseline_share = problem.baseline_m.std / problem.baseline_m.mean;
   const double widened = fit.sigma_factor * fit.sigma_factor / found.noise_factor;
-  double least = INFINITY, least_of_all = INFINITY;
+  const auto slopes_of = [&](const DelayModel::Motion& motion) {
+    Eigen::MatrixX2d slopes(found.covariance.rows(), 2);
+    slopes << motion.speed_slopes(found.known), motion.acceleration_slopes(found.known);
+    return slopes;
+  };
+  const auto of_noise = [&](const Eigen::MatrixX2d& slopes) -> Eigen::Matrix2d {
+    return widened * slopes.transpose() * found.covariance * slopes;
+  };
+  const auto of_all = [&](const Eigen::MatrixX2d& slopes) -> Eigen::Matrix2d {
+    const Eigen::Vector2d unlike = slopes.transpose() * found.mismatch;
+    return of_noise(slopes) + unlike * unlike.transpose();
+  };
+  const auto turned_mps = [&](double tau_s) {
+    return kDelayAccelerationDoubt_mps2 * (rows.reference_s + tau_s - fit.surest_s);
+  };
+  const auto surest_tau_s = [&](double from_s, double to_s, const auto& std_mps) {
+    constexpr int kTimes = 32;
+    double least = INFINITY, surest_s = from_s;
+    for (int i = 0; i <= kTimes; ++i) {
+      const double tau_s = from_s + (to_s - from_s) * i / kTimes;
+      const DelayModel::Motion motion = model.motion_at(found.value, tau_s);
+      const double relative = std_mps(tau_s, slopes_of(motion)) / motion.speed_mps;
+      if (!(relative < least)) continue;
+      least = relative;
+      surest_s = tau_s;
+    }
+    return surest_s;
+  };
+  // The response to unlike angles passes zero at some time: that does not make the speed known
+  // there.
+  fit.surest_s =
+      rows.reference_s + surest_tau_s(rows.first_s, rows.last_s, [&](double, const auto& slopes) {
+        return std::sqrt(of_noise(slopes)(0, 0));
+      });
+  const auto std_mps = [&](double tau_s, const Eigen::MatrixX2d& slopes) {
+    return std::hypot(std::sqrt(of_all(slopes)(0, 0)), turned_mps(tau_s));
+  };
   const double from_s =
       std::clamp(problem.asked_from_s - rows.reference_s, rows.first_s, rows.last_s);
   const double to_s = std::clamp(problem.asked_to_s - rows.reference_s, from_s, rows.last_s);
-  const auto covariance_of = [&](const DelayModel::Motion& motion) -> Eigen::Matrix2d {
-    Eigen::MatrixX2d slopes(found.covariance.rows(), 2);
-    slopes.col(0) = motion.speed_slopes(found.known);
-    slopes.col(1) = motion.acceleration_slopes(found.known);
-    const Eigen::Vector2d unlike = slopes.transpose() * found.mismatch;
-    return widened * slopes.transpose() * found.covariance * slopes + unlike * unlike.transpose();
-  };
-  for (int i = 0; i <= kTimes; ++i) {
-    const double tau_s = rows.first_s + (rows.last_s - rows.first_s) * i / kTimes;
-    const DelayModel::Motion motion = model.motion_at(found.value, tau_s);
-    const double relative = covariance_of(motion)(0, 0) / (motion.speed_mps * motion.speed_mps);
-    if (!(relative < least_of_all)) continue;
-    least_of_all = relative;
-    fit.surest_s = rows.reference_s + tau_s;
-  }
-  for (int i = 0; i <= kTimes; ++i) {
-    const double tau_s = from_s + (to_s - from_s) * i / kTimes;
-    const DelayModel::Motion motion = model.motion_at(found.value, tau_s);
-    const Eigen::Matrix2d covariance = covariance_of(motion);
-    const double relative = covariance(0, 0) / (motion.speed_mps * motion.speed_mps);
-    if (!(relative < least)) continue;
-    least = relative;
-    const Eigen::Vector2d both(motion.speed_mps, motion.acceleration_mps2);
-    fit.speed.time_s = rows.reference_s + tau_s;
-    fit.speed.speed_mps = motion.speed_mps;
-    fit.acceleration_mps2 = motion.acceleration_mps2;
-    // The baseline scales both.
-    fit.covariance = covariance + baseline_share * baseline_share * both * both.transpose();
-  }
+  const double tau_s = surest_tau_s(from_s, to_s, std_mps);
+  const DelayModel::Motion motion = model.motion_at(found.value, tau_s);
+  const Eigen::Vector2d both(motion.speed_mps, motion.acceleration_mps2);
+  fit.speed.time_s = rows.reference_s + tau_s;
+  fit.speed.speed_mps = motion.speed_mps;
+  fit.acceleration_mps2 = motion.acceleration_mps2;
+  // The baseline scales both.
+  fit.covariance =
+      of_all(slopes_of(motion)) + baseline_share * baseline_share * both * both.transpose();
   fit.acceleration_std_mps2 = std::sqrt(fit.covariance(1, 1));
   SpeedEstimate& speed = fit.speed;
-  speed.std_mps = std::sqrt(fit.covariance(0, 0));
+  speed.std_mps = std::hypot(std::sqrt(fit.covariance(0, 0)), turned_mps(tau_s));
   const double log_std = speed.std_mps / speed.speed_mps;
   speed.lo95_mps = speed.speed_mps * std::exp(-kTwoSided95 * log_std);
   speed.hi95_mps = speed.speed_mps * std::exp(kTwoSided95 * log_std);

@@ -34,11 +34,15 @@ struct DelayProblem {
   double asked_from_s = -INFINITY, asked_to_s = INFINITY;
 };
 
+/// The shape of the far, faint part of the pulses, which tells the acceleration, is known less well
+/// than its noise says. This doubt of it turns the motion about DelayFit::surest_s.
+constexpr double kDelayAccelerationDoubt_mps2 = 0.3;
+
 struct DelayFit {
-  SpeedEstimate speed;  ///< where of the times asked for it is known best; positive: oncoming
-  double surest_s = 0.0;  ///< where of all times of the light the speed is known best
+  SpeedEstimate speed;    ///< where of the times asked for it is known best; positive: oncoming
+  double surest_s = 0.0;  ///< where of all times of the light noise leaves the speed known best
   double acceleration_mps2 = 0.0, acceleration_std_mps2 = 0.0;
-  /// Of speed and acceleration at the speed's time.
+  /// Of speed and acceleration at the speed's time, without kDelayAccelerationDoubt_mps2.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();
   double log_ratio = 0.0, log_ratio_std = 0.0;
   double gain_chi2 = 0.0;     ///< by how much the gain strains what was said of it

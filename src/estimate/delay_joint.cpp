@@ -12,12 +12,8 @@ Outcome<JointFit> fit_with_delay(const Trajectory& camera_only, const DelayFit& 
   motion.time_s = delay.speed.time_s;
   motion.value = {delay.speed.speed_mps, delay.acceleration_mps2};
   motion.covariance = delay.covariance;
-  // The shape of the far, faint part of the pulses, which tells the acceleration, is known less
-  // well than its noise says; the bearings tell it anyway. It leaves the speed alone where the light
-  // tells it best.
-  constexpr double kAccelerationFloor_mps2 = 0.3;
   const Eigen::Vector2d turned(delay.speed.time_s - delay.surest_s, 1.0);
-  motion.covariance += std::pow(kAccelerationFloor_mps2, 2) * turned * turned.transpose();
+  motion.covariance += std::pow(kDelayAccelerationDoubt_mps2, 2) * turned * turned.transpose();
   motion.covariance(0, 0) += std::pow(delay.acceleration_mps2 * time_std_s, 2);
   GeometryProblem& problem = joint.trajectory.problem;
   problem.priors.motion = motion;

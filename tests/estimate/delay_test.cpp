@@ -182,6 +182,42 @@ TEST(Delay, TheSpeedIsThatOfATimeAskedFor) {
             4.0 * fit.speed.std_mps);
 }
 
+// Faint light far away tells the acceleration less well than its noise says, and the response to
+// unlike angles passes zero somewhere on the way there, which makes no time a sure one.
+TEST(Delay, FarFromTheBrightEndTheAccelerationIsDoubted) {
+  const simulated::Vehicle vehicle{.speed_mps = 20.0, .along_m = 120.0};
+  constexpr double kAsked_s = 3.0;  // 60 m off
+  for (const double ratio_std : {0.0, 0.002, 0.01}) {
+    const Site site = simulated::two_photodiodes(2.0, ratio_std);
+    const Pair pair = pair_of(vehicle, site, {.snr_db = 70.0});
+    const auto outcome = pair.speed(site, kAsked_s, kAsked_s);
+    ASSERT_TRUE(std::holds_alternative<DelayFit>(outcome)) << ratio_std;
+    const auto& fit = std::get<DelayFit>(outcome);
+    EXPECT_NEAR(fit.speed.time_s, kAsked_s, 1e-9);
+    EXPECT_GT(fit.surest_s, vehicle.along_m / vehicle.speed_mps - 1.0) << "where light is bright";
+    EXPECT_GE(fit.speed.std_mps, kDelayAccelerationDoubt_mps2 * (fit.surest_s - kAsked_s))
+        << ratio_std;
+  }
+}
+
+TEST(Delay, WhatTheSiteSaysOfUnlikeAnglesDoesNotMoveTheMomentThatNoiseLeavesSurest) {
+  constexpr double kEnd_s = 5.0, kGrid_s = kEnd_s / 32.0;
+  const simulated::Vehicle vehicle{.speed_mps = 15.0, .along_m = 80.0};  // abeam after the end
+  const auto surest_s = [&](double ratio_std) {
+    const Site site = simulated::two_photodiodes(2.0, ratio_std);
+    Pair pair = pair_of(vehicle, site);
+    for (PowerTrace* trace : {&pair.near, &pair.far}) {
+      const auto end = std::ranges::lower_bound(trace->time_s, kEnd_s) - trace->time_s.begin();
+      trace->time_s.resize(end);
+      trace->power_w.resize(end);
+    }
+    return std::get<DelayFit>(pair.speed(site)).surest_s;
+  };
+  const double alike_s = surest_s(0.0);
+  for (const double ratio_std : {0.002, 0.01, 0.05})
+    EXPECT_NEAR(surest_s(ratio_std), alike_s, kGrid_s) << ratio_std;
+}
+
 // The camera has lost the vehicle by then, and its bearings know nothing of it.
 TEST(Delay, ABrakingThatBeginsBehindTheCamerasViewDoesNotBendTheSpeed) {
   Site site = simulated::two_photodiodes(2.0);
