@@ -136,8 +136,9 @@ std::string text_report(const PsfCalibration& found, const Gathered& gathered) {
         "alone; add a clip with a shorter exposure\n";
   for (const std::string& clip : gathered.lossy)
     out += clip +
-           ": a lossy codec reshapes rims and wings; the PSF is known less well, and that of a "
-           "lossless clip of the same camera is better\n";
+           ": a lossy codec reshapes rims and wings, which the sigmas hold; the PSF of a lossless "
+           "clip "
+           "of the same camera is known many times better\n";
   return out;
 }
 

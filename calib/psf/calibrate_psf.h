@@ -31,10 +31,10 @@ struct PsfCalibration {
 
 /// Finds the PSF that explains all crops: flux, place and radius of each lamp and a background for
 /// each crop are free. Crops whose residuals have a shape under the PSF found (lit road, a
-/// reflection, no uniform disc) are left out, unless `lossy`: then nearly all have, and each weighs
-/// by its own scatter.
-/// Misses: too_few_samples (fewer than eight crops), not_converged, unobservable (the share of the
-/// wings), bad_fit (no PSF of this form explains more than a quarter of the crops).
+/// reflection, no uniform disc) are left out, unless `lossy` (a clip was coded with loss): then
+/// nearly all have, each weighs by its own scatter, and the sigmas hold what coding does to all
+/// alike. Misses: too_few_samples (fewer than eight crops), not_converged, unobservable (the share
+/// of the wings), bad_fit (no PSF of this form explains more than a quarter of the crops).
 Outcome<PsfCalibration> calibrate_psf(std::span<const LampCrop> crops, bool lossy);
 
 }  // namespace vildar

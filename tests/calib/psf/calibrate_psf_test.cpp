@@ -28,6 +28,19 @@ TEST(CalibratePsf, FindsThePsfThatTookThePictures) {
   EXPECT_GE(found.crops, 40);
 }
 
+// Passes through H.264 left cores 20 % off and shares by a factor of two, alike in all pictures.
+TEST(CalibratePsf, IsDoubtedAfterCodingWithLoss) {
+  Random random(11);
+  const auto crops = lit_crops({1.2, 0.05, 1.6, 2.8}, 48, 0.3, 2000.0, random);
+  const auto outcome = calibrate_psf(crops, true);
+  ASSERT_TRUE(std::holds_alternative<PsfCalibration>(outcome)) << name_of(std::get<Miss>(outcome));
+  const auto& found = std::get<PsfCalibration>(outcome);
+  EXPECT_GT(found.core_sigma_std_px, 0.15 * found.psf.shape.core_sigma_px);
+  EXPECT_GT(found.psf.wing_share_std, 0.5 * found.psf.shape.wing_share);
+  EXPECT_LT(found.psf.wing_share_std, found.psf.shape.wing_share);
+  EXPECT_EQ(found.undetermined, (std::vector<std::string>{"wing_scale_px", "wing_exponent"}));
+}
+
 TEST(CalibratePsf, NeedsEightCrops) {
   Random random(12);
   const auto outcome = calibrate_psf(lit_crops({}, 7, 0.5, 100.0, random), false);
