@@ -98,7 +98,7 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
   seen.frames = view.frames;
   seen.from_s = seconds_of(track.sightings.front().time);
   seen.to_s = seconds_of(track.sightings.back().time);
-  if (site.ego) seen.ego = EgoMotion(*site.ego);
+  if (site.ego) seen.ego = EgoMotion(*site.ego, site.road);
   GeometryProblem& problem = seen.problem;
   problem.setting = path_setting(*site.camera, site.road);
   problem.lamps = view.lamps;

@@ -3,7 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "optics/road.h"
+
 namespace vildar {
+
+EgoMotion::EgoMotion(const EgoSite& site, const RoadSite& road)
+    : site_(site), moving_(true), turns_known_(site.turns_known()) {
+  if (turns_known_ && road.radius_m) curvature_per_m_ = bend_of(road) / road.radius_m->mean;
+}
 
 double EgoMotion::interpolated(double time_s, double EgoSample::*field) const {
   const auto& trace = site_.trace;
@@ -24,6 +31,7 @@ double EgoMotion::speed_mps(double time_s) const {
 
 EgoDeviation EgoMotion::deviation(double reference_s, double time_s) const {
   EgoDeviation deviation;
+  deviation.curvature_per_m = curvature_per_m_;
   if (!moving_ || site_.trace.empty()) return deviation;
   const double span_s = time_s - reference_s;
   constexpr double kStep_s = 0.02;  // traces are given at 1 to 50 Hz
@@ -31,9 +39,14 @@ EgoDeviation EgoMotion::deviation(double reference_s, double time_s) const {
   const double step_s = span_s / steps;
   for (int i = 0; i < steps; ++i) {
     const double middle_s = reference_s + (i + 0.5) * step_s;
-    const double turn_rad = interpolated(middle_s, &EgoSample::yaw_rate_rad_per_s) * step_s;
-    const double middle_rad = deviation.heading_rad + 0.5 * turn_rad;
     const double length_m = speed_mps(middle_s) * step_s;
+    double turn_rad = 0.0;
+    if (turns_known_) {
+      turn_rad = interpolated(middle_s, &EgoSample::yaw_rate_rad_per_s) * step_s -
+                 curvature_per_m_ * length_m;
+      deviation.way_m += length_m;
+    }
+    const double middle_rad = deviation.heading_rad + 0.5 * turn_rad;
     deviation.ahead_m += length_m * std::cos(middle_rad);
     deviation.left_m += length_m * std::sin(middle_rad);
     deviation.heading_rad += turn_rad;

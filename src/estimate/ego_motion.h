@@ -6,19 +6,25 @@
 
 namespace vildar {
 
-/// Where the camera's own vehicle stands relative to where it would be had it gone straight on at
-/// its speed of a reference time; zero for a fixed camera and for a constant speed.
+/// Where the camera's own vehicle stands relative to where it would be had it followed the road at
+/// its speed of a reference time; zero for a fixed camera and for a constant speed without yaw
+/// rates.
 struct EgoDeviation {
-  double ahead_m = 0.0;
-  double left_m = 0.0;
-  double heading_rad = 0.0;  ///< anticlockwise since the reference time
+  double ahead_m = 0.0;  ///< along the road's line y = 0
+  double left_m = 0.0;   ///< from that line
+  /// Anticlockwise from that line, less what it was at the reference time.
+  double heading_rad = 0.0;
+  /// Driven since the reference time, where yaw rates tell the turns; else the road, of whatever
+  /// radius, is followed, and this is zero.
+  double way_m = 0.0;
+  double curvature_per_m = 0.0;  ///< of the road as left_m and heading_rad take it; left: positive
 };
 
 /// Motion of the camera over the ground: none, a constant speed, or a trace.
 class EgoMotion {
  public:
   EgoMotion() = default;
-  explicit EgoMotion(const EgoSite& site) : site_(site), moving_(true) {}
+  EgoMotion(const EgoSite& site, const RoadSite& road);
 
   bool moving() const { return moving_; }
   double speed_mps(double time_s) const;
@@ -33,6 +39,8 @@ class EgoMotion {
 
   EgoSite site_;
   bool moving_ = false;
+  bool turns_known_ = false;
+  double curvature_per_m_ = 0.0;  ///< of the road; zero where the turns are not known
 };
 
 }  // namespace vildar

@@ -86,15 +86,29 @@ struct PathSetting {
 };
 PathSetting path_setting(const CameraSite& camera, const RoadSite& road);
 
+/// Length of the vehicle's lane per length of the road's line y = 0: concentric lanes differ.
+template <class T>
+T lane_way_share(const T* p, const PathSetting& setting) {
+  using std::exp;
+  if (setting.bend == 0.0) return T(1.0);
+  const T scale_m = exp(p[kLogScale]);
+  return 1.0 - setting.bend * (setting.camera_m.y() + scale_m * p[kLateral]) /
+                   (scale_m * exp(p[kLogRadius]));
+}
+
 /// Ground point and heading of the vehicle `tau_s` after the reference time, in the road frame of
-/// that time (for a moving camera: less its own constant-speed motion).
+/// that time. A moving camera takes this frame along the road's line y = 0 at its speed of the
+/// reference time, the closing speed being along the vehicle's lane; `ahead_m` is by how much more
+/// than that it has driven.
 template <class T, class Time>
-PathPoint<T> vehicle_point(const T* p, const PathSetting& setting, const Time& tau_s) {
+PathPoint<T> vehicle_point(const T* p, const PathSetting& setting, const Time& tau_s,
+                           double ahead_m = 0.0) {
   using std::exp;
   const T scale_m = exp(p[kLogScale]);
-  const T along_m = setting.camera_m.x() +
-                    scale_m * (1.0 - tau_s * (p[kClosingRate] + 0.5 * tau_s * p[kAcceleration]) -
-                               setting.departed(tau_s));
+  T along_m = setting.camera_m.x() +
+              scale_m * (1.0 - tau_s * (p[kClosingRate] + 0.5 * tau_s * p[kAcceleration]) -
+                         setting.departed(tau_s));
+  if (ahead_m != 0.0) along_m -= lane_way_share(p, setting) * ahead_m;
   const T lateral_m = setting.camera_m.y() + scale_m * p[kLateral];
   const T radius_m = setting.bend == 0.0 ? T(0.0) : scale_m * exp(p[kLogRadius]);
   return path_point(along_m, lateral_m, setting.bend, setting.straight_m, radius_m);
@@ -109,8 +123,14 @@ Eigen::Matrix<T, 3, 1> lamp_from_camera_m(const T* p, const PathSetting& setting
   using std::exp;
   using std::sin;
   const T scale_m = exp(p[kLogScale]);
-  const PathPoint<T> place = vehicle_point(p, setting, tau_s);
-  T x_m = place.x_m - ego.ahead_m, y_m = place.y_m - ego.left_m;
+  const PathPoint<T> place = vehicle_point(p, setting, tau_s, ego.ahead_m);
+  T heading_rad(ego.heading_rad), left_m(ego.left_m);
+  if (setting.bend != 0.0 && ego.way_m != 0.0) {
+    const T off_per_m = ego.curvature_per_m - setting.bend / (scale_m * exp(p[kLogRadius]));
+    heading_rad += off_per_m * ego.way_m;
+    left_m += 0.5 * off_per_m * ego.way_m * ego.way_m;
+  }
+  T x_m = place.x_m, y_m = place.y_m - left_m;
   if (side != 0.0) {
     const T offset_m = side * scale_m * exp(p[kLogSeparation]);
     if (setting.bend != 0.0) {
@@ -120,8 +140,8 @@ Eigen::Matrix<T, 3, 1> lamp_from_camera_m(const T* p, const PathSetting& setting
       y_m += offset_m;
     }
   }
-  if (ego.heading_rad != 0.0) {
-    const double c = std::cos(ego.heading_rad), s = std::sin(ego.heading_rad);
+  if (heading_rad != T(0.0)) {
+    const T c = cos(heading_rad), s = sin(heading_rad);
     const T turned_m = c * x_m + s * y_m;
     y_m = c * y_m - s * x_m;
     x_m = turned_m;

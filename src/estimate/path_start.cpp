@@ -90,9 +90,11 @@ std::optional<PathVector> start_of(const RoughPath& path, const PathSetting& set
     const EgoDeviation moved = ego.deviation(reference_s, point.time_s);
     const Eigen::Vector2d seen_m = point.place_m + setting.camera_m.head<2>();
     const double c = std::cos(moved.heading_rad), s = std::sin(moved.heading_rad);
-    const RoadPosition place = road_position(road, c * seen_m.x() - s * seen_m.y() + moved.ahead_m,
+    const RoadPosition place = road_position(road, c * seen_m.x() - s * seen_m.y(),
                                              s * seen_m.x() + c * seen_m.y() + moved.left_m);
-    const double along_m = place.along_m - setting.camera_m.x();
+    double lane_share = 1.0;
+    if (setting.bend != 0.0) lane_share -= setting.bend * place.lateral_m / sizes.radius_m;
+    const double along_m = place.along_m + lane_share * moved.ahead_m - setting.camera_m.x();
     const double weight = weight_of(point) * weight_of(point);
     const double tau_s = point.time_s - reference_s;
     w += weight;

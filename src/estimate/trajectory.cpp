@@ -40,10 +40,10 @@ MotionState Trajectory::at(double time_s) const {
   const auto place = lamp_from_camera_m(p.data(), problem.setting, tau_s, 0.0,
                                         ego.deviation(problem.reference_s, time_s));
   const PathJet scale_m = exp(p[kLogScale]);
-  const double ego_reference_mps = ego.speed_mps(problem.reference_s);
+  const PathJet lane_share = lane_way_share(p.data(), problem.setting);
   const PathJet over_ground = scale_m * (p[kClosingRate] + tau_s * p[kAcceleration] +
                                          problem.setting.departed_rate(tau_s)) -
-                              ego_reference_mps;
+                              lane_share * ego.speed_mps(problem.reference_s);
   MotionState state;
   state.range_m = place.x().a + problem.setting.camera_m.x();
   state.range_std_m = std_of(
@@ -56,7 +56,7 @@ MotionState Trajectory::at(double time_s) const {
              scale_m.a * by_steps(*this, [&](const auto& step) { return step.beyond_s(tau_s); }),
              *this),
       ego.speed_std_mps());
-  state.closing_mps = over_ground.a + ego.speed_mps(time_s);
+  state.closing_mps = over_ground.a + lane_share.a * ego.speed_mps(time_s);
   const double rate_mps2 =
       scale_m.a * (fit.parameters[kAcceleration] + problem.setting.departed_acceleration(tau_s));
   state.acceleration_mps2 = over_ground.a < 0.0 ? -rate_mps2 : rate_mps2;

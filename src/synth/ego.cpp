@@ -8,6 +8,7 @@
 #include "core/quantity.h"
 #include "core/random.h"
 #include "optics/camera.h"
+#include "optics/road.h"
 
 namespace vildar {
 namespace {
@@ -41,26 +42,36 @@ Eigen::Vector2d EgoPose::turned(const Eigen::Vector2d& direction) const {
   return heading_rad == 0.0 ? direction : Eigen::Vector2d(turn_of(-heading_rad) * direction);
 }
 
-EgoPose ego_pose(const std::optional<EgoSite>& ego, double time_s) {
+EgoPose ego_pose(const Site& site, double time_s) {
   EgoPose pose;
-  if (!ego) return pose;
-  if (ego->trace.empty()) {
-    pose.place_m.x() = ego->speed_mps.mean * time_s;
-    return pose;
+  if (!site.ego) return pose;
+  const EgoSite& ego = *site.ego;
+  const bool turns_known = ego.turns_known();
+  double way_m = 0.0;
+  if (ego.trace.empty()) {
+    way_m = ego.speed_mps.mean * time_s;
+  } else {
+    constexpr double kLongestStep_s = 0.01;
+    const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(time_s) / kLongestStep_s)));
+    const double step_s = time_s / steps;
+    for (int i = 0; i < steps; ++i) {
+      const double middle_s = (i + 0.5) * step_s;
+      const double length_m = interpolated(ego.trace, middle_s, &EgoSample::speed_mps) * step_s;
+      way_m += length_m;
+      if (!turns_known) continue;
+      const double turn_rad =
+          interpolated(ego.trace, middle_s, &EgoSample::yaw_rate_rad_per_s) * step_s;
+      const double along_rad = pose.heading_rad + 0.5 * turn_rad;
+      pose.place_m += length_m * Eigen::Vector2d(std::cos(along_rad), std::sin(along_rad));
+      pose.heading_rad += turn_rad;
+    }
   }
-  constexpr double kLongestStep_s = 0.01;
-  const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(time_s) / kLongestStep_s)));
-  const double step_s = time_s / steps;
-  for (int i = 0; i < steps; ++i) {
-    const double middle_s = (i + 0.5) * step_s;
-    const double turn_rad =
-        interpolated(ego->trace, middle_s, &EgoSample::yaw_rate_rad_per_s) * step_s;
-    const double length_m = interpolated(ego->trace, middle_s, &EgoSample::speed_mps) * step_s;
-    const double along_rad = pose.heading_rad + 0.5 * turn_rad;
-    pose.place_m += length_m * Eigen::Vector2d(std::cos(along_rad), std::sin(along_rad));
-    pose.heading_rad += turn_rad;
-  }
-  return pose;
+  if (turns_known) return pose;
+  const RoadSite& road = site.road;
+  const PathPoint<double> point =
+      road.radius_m ? path_point(way_m, 0.0, bend_of(road), road.straight_m, road.radius_m->mean)
+                    : PathPoint<double>{way_m, 0.0, 0.0};
+  return {{point.x_m, point.y_m}, point.heading_rad};
 }
 
 CameraShake::CameraShake(const Scenario& scenario) : scene_(scenario.shake) {

@@ -20,8 +20,9 @@ struct EgoPose {
   Eigen::Vector2d turned(const Eigen::Vector2d& direction) const;
 };
 
-/// Speed and yaw rate are linear between the samples of a trace and held beyond its ends.
-EgoPose ego_pose(const std::optional<EgoSite>& ego, double time_s);
+/// Speed and yaw rate are linear between the samples of a trace and held beyond its ends. Where no
+/// yaw rate says otherwise, the vehicle follows the road's line y = 0.
+EgoPose ego_pose(const Site& site, double time_s);
 
 /// The shake of the camera. A shaken camera sees a point where a steady one would see the point
 /// that `steady_m` gives.

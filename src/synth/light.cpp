@@ -107,7 +107,7 @@ Eigen::Vector3d emitter_position_m(const Scenario& scenario, const Emitter& emit
            emitter.offset_m;
   const std::array<double, 3>& still_m = scenario.street_lamps[emitter.lamp].position_m;
   const Eigen::Vector2d seen_m =
-      ego_pose(scenario.site.ego, time_s).seen_m({still_m[0], still_m[1]});
+      ego_pose(scenario.site, time_s).seen_m({still_m[0], still_m[1]});
   return Eigen::Vector3d(seen_m.x(), seen_m.y(), still_m[2]) + emitter.offset_m;
 }
 

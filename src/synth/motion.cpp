@@ -118,7 +118,7 @@ VehicleState state_at(const VehicleScene& vehicle, const RoadSite& road, double 
 VehicleState seen_state_at(const Scenario& scenario, std::size_t vehicle, double time_s) {
   VehicleState state = state_at(scenario.vehicles[vehicle], scenario.site.road, time_s);
   if (!scenario.site.ego) return state;
-  const EgoPose ego = ego_pose(scenario.site.ego, time_s);
+  const EgoPose ego = ego_pose(scenario.site, time_s);
   state.place_m = ego.seen_m(state.place_m);
   state.forward = ego.turned(state.forward);
   return state;
@@ -127,7 +127,7 @@ VehicleState seen_state_at(const Scenario& scenario, std::size_t vehicle, double
 std::vector<VehicleState> states_at(const Scenario& scenario, double time_s) {
   std::vector<VehicleState> states;
   states.reserve(scenario.vehicles.size());
-  const EgoPose ego = ego_pose(scenario.site.ego, time_s);
+  const EgoPose ego = ego_pose(scenario.site, time_s);
   for (const VehicleScene& vehicle : scenario.vehicles) {
     VehicleState state = state_at(vehicle, scenario.site.road, time_s);
     state.place_m = ego.seen_m(state.place_m);

@@ -29,10 +29,7 @@ constexpr int kRoadLightStep_px = 16;
 
 // A straight road looks the same all along; what turns before the camera must be drawn anew.
 bool road_turns(const Site& site) {
-  if (!site.ego) return false;
-  if (site.road.kind == RoadKind::curved) return true;
-  return std::any_of(site.ego->trace.begin(), site.ego->trace.end(),
-                     [](const EgoSample& sample) { return sample.yaw_rate_rad_per_s != 0.0; });
+  return site.ego && (site.road.kind == RoadKind::curved || site.ego->turns_known());
 }
 
 }  // namespace
@@ -105,10 +102,10 @@ std::vector<QuadImage> Renderer::signs(double time_s) const {
     const auto corner_m = [&](double side, double up, double at_s) {
       const Eigen::Vector2d still_m =
           Eigen::Vector2d(sign.position_m[0], sign.position_m[1]) + side * across;
-      const Eigen::Vector2d seen_m = ego_pose(scenario_.site.ego, at_s).seen_m(still_m);
+      const Eigen::Vector2d seen_m = ego_pose(scenario_.site, at_s).seen_m(still_m);
       return Eigen::Vector3d(seen_m.x(), seen_m.y(), sign.position_m[2] + up);
     };
-    const EgoPose ego = ego_pose(scenario_.site.ego, time_s);
+    const EgoPose ego = ego_pose(scenario_.site, time_s);
     const Eigen::Vector2d face = ego.turned({std::cos(sign.facing_rad), std::sin(sign.facing_rad)});
     const Eigen::Vector3d middle_m = corner_m(0.0, 0.0, time_s);
     if (!(face.dot((camera_.position_m() - middle_m).head<2>()) > 0.0)) continue;
@@ -134,7 +131,7 @@ std::vector<QuadImage> Renderer::signs(double time_s) const {
 
 void Renderer::prepare_ground(double time_s) {
   if (ground_turns_)
-    background_ = background_of(ground_, scenario_, ego_pose(scenario_.site.ego, time_s));
+    background_ = background_of(ground_, scenario_, ego_pose(scenario_.site, time_s));
   if (scenario_.image.road_light)
     road_light_.update(scenario_, states_at(scenario_, time_s), time_s);
 }

@@ -62,13 +62,7 @@ LampPlace RoadView::place(const Eigen::Vector2d& spot_px) const {
   const double raw = std::abs(over_lamps_m) > 1e-6 ? place.slope_down / over_lamps_m : 0.0;
   place.inverse_depth_per_m = std::clamp(raw, 1.0 / kFarthest_m, 1.0 / kNearest_m);
 
-  double heading_rad = 0.0;
-  if (site_.road.kind == RoadKind::curved && site_.road.radius_m) {
-    const RoadPosition at = road_at(spot_px, place.inverse_depth_per_m);
-    heading_rad = path_point(at.along_m, at.lateral_m, bend_of(site_.road), site_.road.straight_m,
-                             site_.road.radius_m->mean)
-                      .heading_rad;
-  }
+  const double heading_rad = road_heading_rad(spot_px, place);
   const double c = std::cos(heading_rad), s = std::sin(heading_rad);
   const auto flow_px = [&](const Eigen::Vector3d& direction_camera) {
     return Eigen::Vector2d(focal_px_ * direction_camera.head<2>() - spot_px * direction_camera.z());
@@ -79,6 +73,29 @@ LampPlace RoadView::place(const Eigen::Vector2d& spot_px) const {
   place.toward_px = flow_px(toward_camera);
   place.depth_per_toward = toward_camera.z();
   return place;
+}
+
+// A low camera's elevation leaves the distance open: of the distances that it allows, taken from
+// the likeliest outwards, the first on a lane counts, or the one nearest to the lanes.
+double RoadView::road_heading_rad(const Eigen::Vector2d& spot_px, const LampPlace& place) const {
+  constexpr double kAllowed_sigma = 2.0;
+  constexpr int kSteps = 8;
+  if (site_.road.kind != RoadKind::curved || !site_.road.radius_m) return 0.0;
+  RoadPosition best = road_at(spot_px, place.inverse_depth_per_m);
+  double beyond_m = beyond_lanes_m(best.lateral_m);
+  const double step_per_m = kAllowed_sigma / kSteps * inverse_depth_sigma_per_m(place);
+  for (int i = 1; i <= kSteps && beyond_m > 0.0; ++i)
+    for (const double side : {-1.0, 1.0}) {
+      const RoadPosition at =
+          road_at(spot_px, std::clamp(place.inverse_depth_per_m + side * i * step_per_m,
+                                      1.0 / kFarthest_m, 1.0 / kNearest_m));
+      if (beyond_lanes_m(at.lateral_m) >= beyond_m) continue;
+      beyond_m = beyond_lanes_m(at.lateral_m);
+      best = at;
+    }
+  return path_point(best.along_m, best.lateral_m, bend_of(site_.road), site_.road.straight_m,
+                    site_.road.radius_m->mean)
+      .heading_rad;
 }
 
 double RoadView::slope_sigma(double inverse_depth_per_m) const {

@@ -78,6 +78,8 @@ class RoadView {
   struct DepthFit {
     double inverse_depth_per_m, chi2, sigma_ln;
   };
+  /// Heading of the road under a lamp, anticlockwise from the sensor's +x.
+  double road_heading_rad(const Eigen::Vector2d& spot_px, const LampPlace& place) const;
   DepthFit fit_depth(double slope_down, double wanted, double sigma_ln, double lamp_m,
                      double lamp_sigma_m) const;
 

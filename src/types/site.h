@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <optional>
@@ -138,6 +139,12 @@ struct EgoSite {
   Uncertain speed_mps;               ///< with a trace the std alone counts: of its speeds together
   std::filesystem::path trace_path;  ///< empty: constant speed
   std::vector<EgoSample> trace;      ///< filled by the loader, time increasing
+
+  /// Whether yaw rates tell how the vehicle turns; where they do not, it follows the road.
+  bool turns_known() const {
+    return std::any_of(trace.begin(), trace.end(),
+                       [](const EgoSample& sample) { return sample.yaw_rate_rad_per_s != 0.0; });
+  }
 
   bool operator==(const EgoSite&) const = default;
 };

@@ -145,6 +145,59 @@ TEST(Geometry, DashcamFollowsAnEgoTrace) {
   EXPECT_NEAR(*result.closing_speed_mps, 12.0 + 15.0 - 3.0 * result.speed.time_s, 0.02);
 }
 
+// Twelve metres a second on a bend of 150 m, seen from its own lane; the other lane is the inner or
+// the outer one.
+struct BendView {
+  Site site = dashcam_site();
+  Vehicle vehicle{12.0, 0.0, 60.0, 3.5, 0.65, 1.2};
+  View view = kNoiseless;
+};
+
+BendView on_a_bend(Turn turn, bool yaw_rates) {
+  BendView scene;
+  RoadSite& road = scene.site.road;
+  road.kind = RoadKind::curved;
+  road.turn = turn;
+  road.radius_m = Uncertain{150.0, 0.0};
+  road.straight_m = 0.0;
+  scene.view.ego_mps = 15.0;
+  scene.view.ego_yaw_rad_per_s = bend_of(road) * 15.0 / 150.0;
+  scene.view.to_s = 1.8;
+  if (yaw_rates)
+    scene.site.ego->trace = {{-1.0, 15.0, scene.view.ego_yaw_rad_per_s},
+                             {5.0, 15.0, scene.view.ego_yaw_rad_per_s}};
+  return scene;
+}
+
+TEST(Geometry, DashcamOnABend) {
+  for (const Turn turn : {Turn::left, Turn::right})
+    for (const bool yaw_rates : {false, true}) {
+      const BendView scene = on_a_bend(turn, yaw_rates);
+      const VehicleResult result = result_of(scene.vehicle, scene.site, scene.view);
+      expect_motion(result, scene.vehicle, 1e-3);
+      const double bend = bend_of(scene.site.road), lane_radius_m = 150.0 - bend * 3.5;
+      const double t_s = result.speed.time_s;
+      const double between_rad = (60.0 - 12.0 * t_s) / lane_radius_m - 15.0 * t_s / 150.0;
+      EXPECT_NEAR(*result.range_ref_m, lane_radius_m * std::sin(between_rad), 0.05);
+      EXPECT_NEAR(*result.lateral_m, 3.5 + bend * lane_radius_m * (1.0 - std::cos(between_rad)),
+                  0.02);
+      // The lanes' lengths differ: what closes along the vehicle's lane is not the sum of speeds.
+      EXPECT_NEAR(*result.closing_speed_mps, 12.0 + 15.0 * lane_radius_m / 150.0, 0.03);
+    }
+}
+
+TEST(Geometry, YawRatesTellARadiusThatTheSiteHasWrong) {
+  for (const Turn turn : {Turn::left, Turn::right}) {
+    BendView scene = on_a_bend(turn, true);
+    const Site truth = scene.site;
+    Random random(1);
+    const VehicleTrack track = track_of(scene.vehicle, truth, scene.view, random);
+    scene.site.road.radius_m = Uncertain{165.0, 30.0};
+    const VehicleResult result = estimate_vehicle(track, scene.site, {}).result;
+    expect_motion(result, scene.vehicle, 0.01);
+  }
+}
+
 TEST(Geometry, RecedingVehicles) {
   Site site = mast_site(4.0);
   site.road.lanes.push_back({"far", {-7.5, 0.3}, 3.5, Direction::receding});

@@ -63,7 +63,8 @@ struct View {
   double frame_rate_hz = 30.0;
   double sigma_px = 0.2;
   bool single_lamp = false;
-  double ego_mps = 0.0;  ///< the camera drives along +x
+  double ego_mps = 0.0;            ///< the camera drives along +x
+  double ego_yaw_rad_per_s = 0.0;  ///< or on a circle that leaves +x, with no acceleration
   double ego_acceleration_mps2 = 0.0;
   double shake_px = 0.0;  ///< per axis, common to all lamps of a frame
   double flux_at_1m = 1000.0, path_loss_exponent = 2.0, flux_relative_sigma = 0.0;
@@ -109,6 +110,15 @@ inline VehicleTrack track_of(const Vehicle& vehicle, const Site& site, const Vie
       }
       Eigen::Vector3d point_m = choose(lamps_at(vehicle, site.road, at_s));
       point_m.x() -= at_s * (view.ego_mps + 0.5 * at_s * view.ego_acceleration_mps2);
+      if (view.ego_yaw_rad_per_s != 0.0) {
+        // The circle's chord instead of the straight way, seen from a vehicle that has turned.
+        const double turn_rad = view.ego_yaw_rad_per_s * at_s;
+        const double radius_m = view.ego_mps / view.ego_yaw_rad_per_s;
+        const double x_m = point_m.x() + view.ego_mps * at_s - radius_m * std::sin(turn_rad);
+        const double y_m = point_m.y() - radius_m * (1.0 - std::cos(turn_rad));
+        point_m.x() = std::cos(turn_rad) * x_m + std::sin(turn_rad) * y_m;
+        point_m.y() = std::cos(turn_rad) * y_m - std::sin(turn_rad) * x_m;
+      }
       return sight(point_m);
     };
     VehicleSighting sighting;

@@ -55,6 +55,21 @@ TEST_F(BrokenSite, EveryFaultIsToldAtOnce) {
               {"focl_px", "camera.image_size_px", "road.kind"});
 }
 
+TEST_F(BrokenSite, ABendAheadOfAMovingCameraIsWarnedOf) {
+  const auto with_straight = [&](const char* straight) {
+    std::string text = test::bytes_of(site());
+    const std::string kind = "kind: straight";
+    const std::size_t at = text.find(kind);
+    if (at == std::string::npos) throw std::runtime_error("the site's road is not straight");
+    const std::string curved = "kind: curved\n  radius_m: 200\n  turn: left";
+    text.replace(at, kind.size(), curved + straight);
+    return run_site(text + "ego: {speed_mps: 15}\n");
+  };
+  expect_told(with_straight("\n  straight_m: 20"), 0,
+              {"bad.yaml", "road.straight_m", "straight_m: 0"});
+  EXPECT_EQ(with_straight("").err.find("road.straight_m"), std::string::npos);
+}
+
 TEST_F(BrokenSite, WhatIsNoSiteFileIsTwo) {
   const std::string file = clip({.path = path("clip.mkv"), .frames = 2});
   expect_told(run({file, "--site", path("missing.yaml").string()}), 2,

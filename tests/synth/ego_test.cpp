@@ -1,6 +1,8 @@
 #include "synth/ego.h"
 
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -12,10 +14,15 @@
 namespace vildar {
 namespace {
 
+Site dashcam(std::vector<EgoSample> trace) {
+  Site site;
+  site.ego.emplace();
+  site.ego->trace = std::move(trace);
+  return site;
+}
+
 TEST(EgoPose, AConstantTurnIsACircle) {
-  EgoSite ego;
-  ego.trace = {{0.0, 12.0, 0.3}, {10.0, 12.0, 0.3}};
-  const EgoPose pose = ego_pose(ego, 4.0);
+  const EgoPose pose = ego_pose(dashcam({{0.0, 12.0, 0.3}, {10.0, 12.0, 0.3}}), 4.0);
   constexpr double kRadius_m = 12.0 / 0.3;
   EXPECT_NEAR(pose.heading_rad, 1.2, 1e-12);
   // Chords instead of arcs: (turn per step)^2 / 24 of the way.
@@ -30,10 +37,20 @@ TEST(EgoPose, AConstantTurnIsACircle) {
 }
 
 TEST(EgoPose, ATraceThatSpeedsUpCoversTheAreaUnderIt) {
-  EgoSite ego;
-  ego.trace = {{0.0, 10.0, 0.0}, {2.0, 20.0, 0.0}};
-  EXPECT_NEAR(ego_pose(ego, 2.0).place_m.x(), 30.0, 1e-9);
-  EXPECT_NEAR(ego_pose(ego, 3.0).place_m.x(), 50.0, 1e-9) << "the last speed is held";
+  const Site site = dashcam({{0.0, 10.0, 0.0}, {2.0, 20.0, 0.0}});
+  EXPECT_NEAR(ego_pose(site, 2.0).place_m.x(), 30.0, 1e-9);
+  EXPECT_NEAR(ego_pose(site, 3.0).place_m.x(), 50.0, 1e-9) << "the last speed is held";
+}
+
+TEST(EgoPose, WithoutYawRatesTheRoadIsFollowed) {
+  Site site = dashcam({{0.0, 10.0, 0.0}, {2.0, 20.0, 0.0}});
+  site.road.kind = RoadKind::curved;
+  site.road.turn = Turn::right;
+  site.road.radius_m = Uncertain{80.0, 0.0};
+  const EgoPose pose = ego_pose(site, 2.0);
+  EXPECT_NEAR(pose.heading_rad, -30.0 / 80.0, 1e-12);
+  EXPECT_NEAR(pose.place_m.x(), 80.0 * std::sin(30.0 / 80.0), 1e-9);
+  EXPECT_NEAR(pose.place_m.y(), -80.0 * (1.0 - std::cos(30.0 / 80.0)), 1e-9);
 }
 
 TEST(Truth, OfADashcamIsRelativeInPlaceAndOverGroundInSpeed) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "optics/road.h"
 #include "scene.h"
 
 namespace vildar {
@@ -53,6 +54,33 @@ TEST(RoadView, FlowIsTheDerivativeOfTheProjection) {
             1e-4);
   EXPECT_LT((flow(-Eigen::Vector3d::UnitZ()) - place.inverse_depth_per_m * place.down_px).norm(),
             1e-4);
+}
+
+TEST(RoadView, OnABendTheLanesTellHowAFarPairIsTurned) {
+  Site site = scene::site_of(1.3, 0.0, 1400.0, 1920, 1080);
+  site.camera->pitch_rad = {};
+  site.road.kind = RoadKind::curved;
+  site.road.turn = Turn::left;
+  site.road.straight_m = 0.0;
+  site.road.radius_m = Uncertain{120.0, 0.0};
+  site.road.lanes = {{"own", {0.0, 0.3}, 3.5, Direction::receding},
+                     {"other", {3.5, 0.3}, 3.5, Direction::oncoming}};
+  const RoadView view(site);
+  const Camera camera(*site.camera);
+  const PathPoint<double> at = path_point(50.0, 3.5, 1.0, 0.0, 120.0);
+  // A car with lamps as high as the camera: by its elevation it is as far as can be.
+  const Eigen::Vector3d lamp_m(at.x_m, at.y_m, 1.2);
+  const auto spot_px = view.spot_from_pixel(*camera.project(lamp_m));
+  ASSERT_TRUE(spot_px);
+  const LampPlace place = view.place(*spot_px);
+  const Eigen::Vector3d ray(spot_px->x() / view.focal_px(), spot_px->y() / view.focal_px(), 1.0);
+  const auto flow_px = [&](const Eigen::Vector3d& way) -> Eigen::Vector2d {
+    const Eigen::Vector3d seen = camera.camera_from_road() * way;
+    return view.focal_px() * (seen.head<2>() - seen.z() * ray.head<2>());
+  };
+  const Eigen::Vector2d across_px =
+      flow_px({-std::sin(at.heading_rad), std::cos(at.heading_rad), 0.0});
+  EXPECT_NEAR(place.across_px.x() / across_px.x(), 1.0, 0.1);
 }
 
 TEST(RoadView, LanesAndEgoSpeed) {
