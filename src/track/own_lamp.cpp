@@ -2,19 +2,16 @@
 
 #include <algorithm>
 
+#include "track/lamp_way.h"
+
 namespace vildar {
 namespace {
 
-struct Pair {
-  double time_s;
-  Eigen::Vector2d left_px, right_px;
-};
-
-std::vector<Pair> good_pairs(const Vehicle& vehicle, const RoadView& view) {
+std::vector<PairPlace> good_pairs(const Vehicle& vehicle, const RoadView& view) {
   constexpr double kMostChi2 = 15.0;
   const std::vector<LampRecord> left = records_of(vehicle, vehicle.left, vehicle.past_left);
   const std::vector<LampRecord> right = records_of(vehicle, vehicle.right, vehicle.past_right);
-  std::vector<Pair> pairs;
+  std::vector<PairPlace> pairs;
   for (auto one = left.begin(), other = right.begin(); one != left.end() && other != right.end();) {
     const std::int64_t frame = std::min(one->frame, other->frame);
     if (one->frame == other->frame && one->merged_px == 0.0 && other->merged_px == 0.0 &&
@@ -29,22 +26,33 @@ std::vector<Pair> good_pairs(const Vehicle& vehicle, const RoadView& view) {
 }  // namespace
 
 bool was_lamp_of(const Lamp& light, const Vehicle& vehicle, const RoadView& view) {
-  constexpr double kLongestGap_s = 1.7, kNear_px = 2.0, kNearShare = 0.25;
-  const std::vector<Pair> pairs = good_pairs(vehicle, view);
+  constexpr double kLongestGap_s = 1.7, kLongestBefore_s = 0.7, kNear_px = 2.0, kNearShare = 0.25;
+  const std::vector<PairPlace> pairs = good_pairs(vehicle, view);
+  if (pairs.empty()) return false;
+  const LampWay way(pairs, view);
   std::size_t on_lamp = 0;
+  const auto look = [&](const Eigen::Vector2d& at_px, const Eigen::Vector2d& left_px,
+                        const Eigen::Vector2d& right_px) {
+    const double near_px = std::max(kNear_px, kNearShare * (right_px - left_px).norm());
+    on_lamp += std::min((at_px - left_px).norm(), (at_px - right_px).norm()) < near_px;
+  };
   for (const LampRecord& record : light.records) {
     const double time_s = seconds_of(record.time);
-    const auto after = std::ranges::lower_bound(pairs, time_s, {}, &Pair::time_s);
-    if (after == pairs.begin() || after == pairs.end()) continue;
-    const Pair &before = *(after - 1), &next = *after;
+    const auto after = std::ranges::lower_bound(pairs, time_s, {}, &PairPlace::time_s);
+    if (after == pairs.end()) break;
+    const PairPlace& next = *after;
+    if (after == pairs.begin()) {
+      const auto place = way.at(time_s);
+      if (place && next.time_s - time_s < kLongestBefore_s)
+        look(record.at_px, place->left_px, place->right_px);
+      continue;
+    }
+    const PairPlace& before = *(after - 1);
     const double gap_s = next.time_s - before.time_s;
     if (gap_s > kLongestGap_s) continue;
     const double share = (time_s - before.time_s) / gap_s;
-    const Eigen::Vector2d left_px = before.left_px + share * (next.left_px - before.left_px);
-    const Eigen::Vector2d right_px = before.right_px + share * (next.right_px - before.right_px);
-    const double near_px = std::max(kNear_px, kNearShare * (right_px - left_px).norm());
-    on_lamp +=
-        std::min((record.at_px - left_px).norm(), (record.at_px - right_px).norm()) < near_px;
+    look(record.at_px, before.left_px + share * (next.left_px - before.left_px),
+         before.right_px + share * (next.right_px - before.right_px));
   }
   return 2 * on_lamp > light.records.size();
 }

@@ -5,7 +5,8 @@
 namespace vildar {
 
 /// Whether a light that never had a partner was one of the two lamps of `vehicle` for most of the
-/// time it was seen: it stood where the vehicle's pairs before and after say that this lamp was.
+/// time it was seen: it stood where the vehicle's pairs before and after, or from shortly after on,
+/// say that this lamp was.
 bool was_lamp_of(const Lamp& light, const Vehicle& vehicle, const RoadView& view);
 
 }  // namespace vildar

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "track/lamp_way.h"
 #include "track/lone_light.h"
 #include "track/lone_parts.h"
 
@@ -178,6 +179,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   }
 
   const double pair_share = view.moving_sensor() ? kLeastPairShareMoving : kLeastPairShare;
+  drop_beside_the_way(seen, view);
   drop_strange_parts(seen, pair_share);
   track.sightings.clear();
   for (const SeenVehicle& one : seen) track.sightings.push_back(one.sighting);

@@ -5,6 +5,7 @@
 
 #include "optics/camera.h"
 #include "scene.h"
+#include "track/lamp.h"
 
 namespace vildar::scene {
 

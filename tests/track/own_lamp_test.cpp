@@ -25,5 +25,17 @@ TEST(WasLampOf, ALightWhereTheVehicleMissedItsLamp) {
   EXPECT_FALSE(was_lamp_of(road.lamp(59, 80, -4.6), vehicle, road.view));
 }
 
+TEST(WasLampOf, ALightShortlyBeforeTheVehicleShowedBothItsLamps) {
+  const Road road;
+  Lamp left = road.lamp(16, 60, -3.4), right = road.lamp(16, 60, -4.6);
+  Vehicle vehicle;
+  vehicle.left = &left;
+  vehicle.right = &right;
+  EXPECT_TRUE(was_lamp_of(road.lamp(2, 14, -4.6), vehicle, road.view));
+  EXPECT_TRUE(was_lamp_of(road.lamp(2, 14, -3.4), vehicle, road.view));
+  EXPECT_FALSE(was_lamp_of(road.lamp(2, 14, -4.0), vehicle, road.view));
+  EXPECT_FALSE(was_lamp_of(road.lamp(2, 14, -4.6, 8.0), vehicle, road.view));
+}
+
 }  // namespace
 }  // namespace vildar

@@ -40,6 +40,24 @@ TEST(JudgeVehicle, AShortTimeAsAPairVouchesForLittleOfALongOneAsALoneLight) {
   EXPECT_GE(track.sightings.size(), 20U);
 }
 
+// Alone its left lamp was taken for one 12 m nearer, its right one for one a lane away.
+TEST(JudgeVehicle, ALoneLightBesideTheWayOfThePairsWasAnotherLamp) {
+  const Road road;
+  Lamp left = road.lamp(22, 50, -3.4), right = road.lamp(30, 60, -4.6);
+  Lamp nearer = road.lamp(10, 21, -3.4, 12.0), beside = road.lamp(61, 70, -8.1);
+  right.records.insert(right.records.end(), beside.records.begin(), beside.records.end());
+  Vehicle vehicle;
+  vehicle.past_left = nearer.records;
+  vehicle.left = &left;
+  vehicle.right = &right;
+  vehicle.both_seen = 21;
+  VehicleTrack track;
+  ASSERT_EQ(judge_vehicle(vehicle, road.view, {}, {}, track), Verdict::vehicle);
+  EXPECT_EQ(track.sightings.front().frame, 22);
+  EXPECT_EQ(track.sightings.back().frame, 60);
+  EXPECT_EQ(track.sightings.size(), 39U);
+}
+
 TEST(JudgeVehicle, NothingOfWhatCameAfterTheCut) {
   const Road road;
   Lamp left = road.lamp(0, 50, -3.4), right = road.lamp(0, 50, -4.6);
