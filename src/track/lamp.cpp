@@ -155,7 +155,7 @@ void Lamp::remember(const Spot& spot, const Eigen::Vector2d& off_px, std::int64_
       {frame, time,
        LampSighting{spot.centre_px, spot.centre_sigma_px, blob.flux, blob.flux_sigma,
                     blob.saturated_px, blob.box, blob.row_fraction, defects, blob.lamp},
-       spot.at_px, tail_log_odds, off_px.norm(), 0.0, spot.streak});
+       spot.at_px, tail_log_odds, off_px.norm(), 0.0, spot.streak, spot.casts_image});
 }
 
 LampKind Lamp::kind() const {

@@ -23,6 +23,7 @@ struct Spot {
   Eigen::Vector2d centre_sigma_px = Eigen::Vector2d::Ones();
   bool streak = false;       ///< the drawn-out image on the road of a lamp above it
   bool with_streak = false;  ///< a lamp run together with such an image
+  bool casts_image = false;  ///< such an image hangs below it, or is one blob with it
 };
 
 /// One sighting of a lamp, kept until its vehicle is reported.
@@ -37,7 +38,8 @@ struct LampRecord {
   /// Distance to the lamp of another vehicle that the blob held as well, as far as known; 0
   /// elsewhere.
   double beside_px = 0.0;
-  bool streak = false;  ///< see Spot
+  bool streak = false;       ///< see Spot
+  bool casts_image = false;  ///< see Spot
 };
 
 /// Share of recent looks at which something held; the first looks count fully.

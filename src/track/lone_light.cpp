@@ -16,7 +16,7 @@ struct Chance {
   double lamp, glint;
 };
 constexpr Chance kRides{0.1, 0.6}, kIsMirrored{0.05, 0.25}, kIsMisshapen{0.05, 0.35},
-    kIsUnlike{0.03, 0.25}, kClips{0.9, 0.6};
+    kIsUnlike{0.03, 0.25}, kClips{0.9, 0.6}, kIsImaged{0.6, 0.2}, kIsUnseen{0.07, 0.3};
 
 struct Spread {
   double mean, sigma;
@@ -43,6 +43,9 @@ double lone_lamp_log_odds(const LoneLight& light) {
                     log_odds_of_share(light.mirrored_share, kIsMirrored) +
                     log_odds_of_share(light.misshapen_share, kIsMisshapen) +
                     log_odds_of_share(light.unlike_share, kIsUnlike);
+  // To have an image speaks for a lamp, for dry roads show none, and not to be seen against one.
+  log_odds += kFacts * light.imaged_share * std::log(kIsImaged.lamp / kIsImaged.glint);
+  log_odds += kFacts * light.unseen_share * std::log(kIsUnseen.lamp / kIsUnseen.glint);
   // To clip speaks for a lamp anywhere; not to clip against it only where lamps do.
   log_odds += light.lamps_clip
                   ? log_odds_of_share(light.clipped_share, kClips)

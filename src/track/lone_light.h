@@ -18,6 +18,8 @@ struct LoneLight {
   std::optional<double> strength_ln;
   double misshapen_share = 0.0;  ///< see below
   double unlike_share = 0.0;     ///< no sharp peak in the picture: LampKind::other
+  double imaged_share = 0.0;     ///< a wet road showed its own image below it
+  double unseen_share = 0.0;     ///< of the frames from its first to its last look
 };
 
 /// Natural log of the odds that it is the lamp of a vehicle of its own, a motorcycle's or a car's

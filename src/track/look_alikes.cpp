@@ -172,6 +172,7 @@ void note_look_alikes(const Lamps& lamps, const Vehicles& vehicles, const RoadVi
       return source != lamp && source->seen_at(frame) && mirrors(*lamp, *source, view);
     });
     lamp->mirrored.add(mirrored || lamp->records.back().streak, kMemory);
+    if (mirrored) lamp->records.back().casts_image = false;  // both are parts of one streak
     if (lamp->vehicle) continue;
     const bool lit = std::any_of(lamps.begin(), lamps.end(), [&](const auto& source) {
       return source != lamp && source->seen_at(frame) && source->mirrored.share() < 0.5 &&

@@ -82,9 +82,14 @@ std::vector<Spot> spots_of(const BlobFrame& frame, const RoadView& view) {
     spot.streak = streak;
     spot.with_streak = drawn_out && !streak && blob.kind != LampKind::other;
     const auto holds = [&](const Blob& light) { return hangs_below(light, blob); };
-    if (spot.with_streak || std::any_of(frame.blobs.begin(), frame.blobs.end(), holds))
+    const bool touches = spot.with_streak || std::ranges::any_of(frame.blobs, holds);
+    if (touches)
       spot.centre_sigma_px.y() =
           std::hypot(spot.centre_sigma_px.y(), kTopShare * width_px(blob.box));
+    spot.casts_image =
+        !streak && (touches || std::ranges::any_of(frame.blobs, [&](const Blob& light) {
+                      return is_drawn_out(light) && shines_above(blob, light, view);
+                    }));
   }
   return spots;
 }

@@ -235,7 +235,15 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   // What is a glint is one to the end; a lamp may pass by where glints would be.
   const double mirrored_share = std::min(lamp.mirrored.share(), lamp.mirrored.share_of_all());
   const double riding_share = std::min(lamp.on_vehicle.share(), lamp.on_vehicle.share_of_all());
-  if (mirrored_share > kShare || riding_share > kShare) return Verdict::reflection;
+  // Of a light that stays for long, or was in doubt, only the last records are held.
+  const auto held = static_cast<double>(lamp.records.size());
+  const auto share_of = [&](bool LampRecord::*holds) {
+    return static_cast<double>(std::ranges::count_if(lamp.records, holds)) / std::max(held, 1.0);
+  };
+  const double imaged_share = share_of(&LampRecord::casts_image);
+  // What shines on a body has no image on the road below it.
+  if (mirrored_share > kShare || (riding_share > kShare && imaged_share < kShare))
+    return Verdict::reflection;
   if (lamp.fixed || lamp.above.share() > kShare) return Verdict::static_light;
   constexpr double kRedShare = 0.5;
   if (lamp.kind() == LampKind::other || lamp.lived_s() < options.min_single_lamp_s ||
@@ -260,16 +268,16 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
     lateral_sigmas_m.push_back(view.lateral_sigma_m(place.inverse_depth_per_m));
     track.sightings.push_back({record.frame, record.time, sighting_of(record), std::nullopt});
   }
-  // Of a light that stays for long only the last records are held.
-  const int held = static_cast<int>(lamp.records.size());
   if (held < kFewestSingle) return Verdict::undecided;
-  const double clipped_share = clipped / static_cast<double>(held);
-  const auto streaks = std::ranges::count_if(lamp.records, &LampRecord::streak);
+  const double clipped_share = clipped / held;
   LoneLight light;
   light.riding_share = riding_share;
-  light.mirrored_share = std::max(mirrored_share, static_cast<double>(streaks) / held);
+  light.mirrored_share = std::max(mirrored_share, share_of(&LampRecord::streak));
   light.misshapen_share = misshapen_share(lamp.records, view);
   light.unlike_share = 1.0 - lamp.lamp_like.share_of_all();
+  light.imaged_share = imaged_share;
+  light.unseen_share =
+      1.0 - held / static_cast<double>(lamp.records.back().frame - lamp.records.front().frame + 1);
   light.clipped_share = clipped_share;
   light.lamps_clip = lights.usually_clips(lamp.kind());
   if (const auto typical = lights.typical(lamp.kind()))

@@ -51,6 +51,17 @@ TEST(LoneLight, OddsFallWithLooksAtWhichItIsNoLamp) {
   }
 }
 
+TEST(LoneLight, ItsImageOnTheRoadSpeaksForALampAndFramesUnseenAgainstOne) {
+  LoneLight faint{0.1, 0.1, 1.0, true, -2.5};
+  EXPECT_LT(lone_lamp_log_odds(faint), std::log(3.0));
+  faint.imaged_share = 0.9;
+  EXPECT_GT(lone_lamp_log_odds(faint), std::log(3.0));
+  LoneLight seldom{0.0, 0.0, 1.0, true, -1.5};
+  EXPECT_GT(lone_lamp_log_odds(seldom), std::log(20.0));
+  seldom.unseen_share = 0.7;
+  EXPECT_LT(lone_lamp_log_odds(seldom), std::log(20.0));
+}
+
 TEST(LoneLight, ALampGrowsSteadilyAndIsNoMetreWide) {
   const Site site = scene::site_of(5.0, -4.0, 1400.0, 1920, 1080);
   const RoadView view(site);

@@ -51,11 +51,16 @@ TEST(Spots, ALampWithItsStreakIsNoStreakOfALampFartherOn) {
       spots_of({0, CameraTime{}, {blob_at(far_px, 5), blob_at(near_px, 31)}}, view);
   EXPECT_FALSE(spots[1].streak);
   EXPECT_NEAR(spots[1].centre_px.y(), near_px.y(), 1.0);
+  EXPECT_FALSE(spots[0].casts_image);
+  EXPECT_TRUE(spots[1].casts_image);
   // Its own image, parted from the lamp, is one.
   const double drop_px = 2.0 * view.lamp_height_m() / 90.0 * 1400.0;
   const Eigen::Vector2d image_px = near_px + Eigen::Vector2d(0.0, drop_px - 8.0);
-  EXPECT_TRUE(
-      spots_of({0, CameraTime{}, {blob_at(near_px, 5), blob_at(image_px, 20)}}, view)[1].streak);
+  const std::vector<Spot> parted =
+      spots_of({0, CameraTime{}, {blob_at(near_px, 5), blob_at(image_px, 20)}}, view);
+  EXPECT_TRUE(parted[0].casts_image);
+  EXPECT_TRUE(parted[1].streak);
+  EXPECT_FALSE(parted[1].casts_image);
 }
 
 }  // namespace

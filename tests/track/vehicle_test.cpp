@@ -58,6 +58,19 @@ TEST(JudgeVehicle, ALoneLightBesideTheWayOfThePairsWasAnotherLamp) {
   EXPECT_EQ(track.sightings.size(), 39U);
 }
 
+// A motorcycle before or behind a car moves much as that car's lamps do.
+TEST(JudgeSingle, WhatHasItsOwnImageOnTheRoadIsOnNoBody) {
+  const Road road;
+  for (const bool imaged : {false, true}) {
+    Lamp lamp = road.lamp(0, 60, -4.0);
+    for (int look = 0; look < 60; ++look) lamp.on_vehicle.add(look % 3 > 0, 12);
+    for (LampRecord& record : lamp.records) record.casts_image = imaged;
+    VehicleTrack track;
+    EXPECT_EQ(judge_single(lamp, road.view, {}, {}, track),
+              imaged ? Verdict::vehicle : Verdict::reflection);
+  }
+}
+
 TEST(JudgeVehicle, NothingOfWhatCameAfterTheCut) {
   const Road road;
   Lamp left = road.lamp(0, 50, -3.4), right = road.lamp(0, 50, -4.6);

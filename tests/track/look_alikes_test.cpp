@@ -1,0 +1,42 @@
+#include "track/look_alikes.h"
+
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include "one_car.h"
+
+namespace vildar {
+namespace {
+
+// The streak of a lamp may be seen as several lights, of which the upper ones have light below them.
+TEST(LookAlikes, WhatStandsWhereAMirrorShowsALampHasNoImageItself) {
+  const scene::OneCar road;
+  constexpr std::int64_t kFrames = 10;
+  Lamps lamps;
+  for (const double height_m : {0.68, -0.68}) {
+    for (std::int64_t frame = 0; frame < kFrames; ++frame) {
+      Blob blob;
+      blob.centre_px =
+          *road.camera.project({70.0 - 0.5 * static_cast<double>(frame), -4.0, height_m});
+      blob.flux = height_m > 0.0 ? 100.0 : 50.0;
+      blob.kind = LampKind::headlamp;
+      Spot spot{&blob, *road.view.spot_from_pixel(blob.centre_px), 0.5, blob.centre_px,
+                blob.centre_sigma_px};
+      spot.casts_image = true;
+      if (frame == 0) {
+        lamps.push_back(std::make_unique<Lamp>(spot, road.view.place(spot.at_px), frame,
+                                               road.time_at(frame), road.view));
+      } else {
+        lamps.back()->predict(0.04, road.view);
+        lamps.back()->update(spot, frame, road.time_at(frame));
+      }
+    }
+  }
+  note_look_alikes(lamps, {}, road.view, kFrames - 1);
+  EXPECT_TRUE(lamps[0]->records.back().casts_image);
+  EXPECT_FALSE(lamps[1]->records.back().casts_image);
+}
+
+}  // namespace
+}  // namespace vildar
