@@ -36,10 +36,10 @@ Found study(double camera_height_m, double ripple, double baseline_std_m, double
     if (change_mps2 != 0.0) {
       vehicle.speed_mps = random.uniform(26.0, 35.0);  // it does not stop before the masts
       vehicle.acceleration_mps2 = 0.0;
-      vehicle.change_s =
+      const double change_s =
           (seen_m < 50.0 ? seen_m + random.uniform(0.0, 10.0) : random.uniform(0.2, 0.8) * seen_m) /
           vehicle.speed_mps;
-      vehicle.change_mps2 = change_mps2;
+      vehicle.changes = {{change_s, change_mps2}};
     }
     const simulated::Beam beam = simulated::random_beam(ripple, random);
     Site truth = site;

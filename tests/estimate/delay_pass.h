@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "simulated_beam.h"
 
@@ -34,6 +36,43 @@ inline Vehicle random_vehicle(double acceleration_std_mps2, Random& random) {
   vehicle.height_m = random.normal(0.65, 0.1);
   vehicle.separation_m = random.normal(1.2, 0.15);
   return vehicle;
+}
+
+/// A vehicle that drives on past the masts and whose acceleration wanders, as the estimator takes
+/// it to do: most cruise, a few brake hard. `wander_mps2_per_root_s` becomes how much this one
+/// does.
+inline Vehicle wandering_vehicle(Random& random, double& wander_mps2_per_root_s) {
+  constexpr std::array<std::pair<double, double>, 5> kShares{
+      {{0.05, 0.4}, {0.4, 0.25}, {1.0, 0.2}, {2.5, 0.1}, {6.0, 0.05}}};
+  constexpr int kSteps = 16;
+  constexpr double kSlowest_mps = 2.0, kHardest_mps2 = 9.0, kHardestUp_mps2 = 5.0;
+  for (;;) {
+    Vehicle vehicle = random_vehicle(1.5, random);
+    double drawn = random.uniform();
+    for (const auto& [mps2_per_root_s, share] : kShares) {
+      wander_mps2_per_root_s = mps2_per_root_s;
+      if ((drawn -= share) < 0.0) break;
+    }
+    // As much before as in view: the prior holds where the light is brightest.
+    vehicle.acceleration_mps2 = random.normal(0.0, std::hypot(1.5, wander_mps2_per_root_s));
+    const double between_s = vehicle.along_m / vehicle.speed_mps / (kSteps + 1);
+    for (int k = 1; k <= kSteps; ++k) {
+      const double step_mps2 = random.normal(0.0, wander_mps2_per_root_s * std::sqrt(between_s));
+      vehicle.changes.push_back({k * between_s, step_mps2});
+      vehicle.acceleration_mps2 -= step_mps2;
+    }
+    bool drives = true;
+    double now_mps2 = vehicle.acceleration_mps2;
+    for (const AccelerationChange& change : vehicle.changes) {
+      drives &= now_mps2 > -kHardest_mps2 && now_mps2 < kHardestUp_mps2 &&
+                vehicle.speed_at_mps(change.at_s) > kSlowest_mps;
+      now_mps2 += change.mps2;
+    }
+    constexpr double kLatest_s = 7.5;
+    drives &=
+        vehicle.speed_at_mps(kLatest_s) > kSlowest_mps || vehicle.along_at_m(kLatest_s) < -5.0;
+    if (drives) return vehicle;
+  }
 }
 
 }  // namespace vildar::simulated

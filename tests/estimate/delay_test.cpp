@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "delay_bound.h"
 #include "delay_pass.h"
 #include "estimate/delay_light.h"
 #include "estimate/vehicle.h"
@@ -45,6 +46,29 @@ TEST(Delay, SpeedAndAccelerationNeedNothingButTheBaseline) {
     EXPECT_LT(std::abs(fit.acceleration_mps2 - acceleration_mps2), 4.0 * fit.acceleration_std_mps2);
     EXPECT_LT(fit.acceleration_std_mps2, 0.2);
   }
+}
+
+// Two like curves, known in every sample: their lag is known to the noise of a difference over the
+// root of the summed squares of the slopes.
+TEST(DelayBound, IsThatOfTheLagOfTwoLikeCurves) {
+  constexpr double kNear = 0.03;  // the two are not of quite one stretch of road
+  const Site site = simulated::two_photodiodes(2.0);
+  const simulated::Vehicle vehicle{.along_m = 60.0};
+  const simulated::Beam beam;
+  const simulated::Receiving receiving;
+  const Eigen::Vector3d near_m(0.0, 0.0, 4.0), far_m(2.0, 0.0, 4.0);
+  const auto light = [&](double t_s) {
+    return simulated::beam_power(vehicle, site.road, beam, near_m, t_s);
+  };
+  const double far = simulated::beam_power(vehicle, site.road, beam, far_m, 0.0);
+  const double sigma = std::hypot(light(0.0), far) * std::pow(10.0, -receiving.snr_db / 20.0);
+  constexpr double kStep_s = 1e-4;
+  double slopes2 = 0.0;
+  for (double t_s = 0.0; t_s < 3.0; t_s += 1e-3)
+    slopes2 += std::pow((light(t_s + kStep_s) - light(t_s - kStep_s)) / (2.0 * kStep_s), 2);
+  const double lag_std_s = sigma / std::sqrt(slopes2);
+  const simulated::DelayBound bound(vehicle, site, beam, receiving, {.acceleration_std_mps2 = 0.0});
+  EXPECT_NEAR(bound.relative_speed(2.0) / (lag_std_s * vehicle.speed_mps / 2.0), 1.0, kNear);
 }
 
 // Light that grows until the lamps vanish from the photodiode's view at full light.
@@ -115,9 +139,8 @@ TEST(Delay, ABrakingThatBeginsInViewDoesNotBendTheSpeed) {
   const Site site = simulated::two_photodiodes(2.0);
   simulated::Vehicle vehicle;
   vehicle.speed_mps = 28.0;
-  vehicle.change_s = 0.8;
   for (const double change_mps2 : {-1.0, -4.0, 2.0}) {
-    vehicle.change_mps2 = change_mps2;
+    vehicle.changes = {{0.8, change_mps2}};
     const auto fit = std::get<DelayFit>(pair_of(vehicle, site, {.snr_db = 60.0}).speed(site));
     const double error_mps = fit.speed.speed_mps - vehicle.speed_at_mps(fit.speed.time_s);
     EXPECT_LT(std::abs(error_mps), 3.0 * fit.speed.std_mps) << change_mps2;
@@ -223,8 +246,7 @@ TEST(Delay, ABrakingThatBeginsBehindTheCamerasViewDoesNotBendTheSpeed) {
   Site site = simulated::two_photodiodes(2.0);
   site.camera = simulated::mast_site(4.0).camera;
   for (const double change_mps2 : {-3.0, -6.0}) {
-    const simulated::Vehicle vehicle{
-        .speed_mps = 20.0, .change_s = 2.0, .change_mps2 = change_mps2};
+    const simulated::Vehicle vehicle{.speed_mps = 20.0, .changes = {{2.0, change_mps2}}};
     const Pair pair = pair_of(vehicle, site);
     Random random(5);
     const VehicleTrack track = simulated::track_of(vehicle, site, {.to_s = 2.0}, random);

@@ -44,8 +44,7 @@ TEST(MotionChange, ABrakingInViewIsFollowedFromFrameToFrame) {
   vehicle.speed_mps = 20.0;
   vehicle.height_m = 0.65;
   vehicle.separation_m = 1.2;
-  vehicle.change_s = 1.0;
-  vehicle.change_mps2 = -4.0;
+  vehicle.changes = {{1.0, -4.0}};
   const auto trajectories = trajectories_of(vehicle, site, 2.2, random);
   for (double t_s = 0.1; t_s < 2.2; t_s += 0.1) {
     const MotionState state = mixed_state(trajectories, t_s);
@@ -71,8 +70,8 @@ TEST(MotionChange, SpeedsAlongTheTrackLieInTheirIntervals) {
       vehicle.height_m = random.normal(0.65, 0.01);
       vehicle.separation_m = random.normal(1.2, 0.15);
       const double seen_s = 40.0 / vehicle.speed_mps;
-      vehicle.change_s = random.uniform(0.2, 0.8) * seen_s;
-      vehicle.change_mps2 = random.normal(0.0, 2.5);
+      const double change_s = random.uniform(0.2, 0.8) * seen_s;
+      vehicle.changes = {{change_s, random.normal(0.0, 2.5)}};
       const double at_s = at_share * seen_s;
       const MotionState state = mixed_state(trajectories_of(vehicle, site, seen_s, random), at_s);
       inside +=

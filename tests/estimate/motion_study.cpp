@@ -33,8 +33,7 @@ TEST_F(MotionStudy, ABrakingThatBeginsInViewIsCovered) {
       vehicle.separation_m = random.normal(1.2, 0.15);
       // It never comes to rest.
       const double seen_s = 40.0 / vehicle.speed_mps;
-      vehicle.change_s = random.uniform(0.2, 0.8) * seen_s;
-      vehicle.change_mps2 = tried.change_mps2;
+      vehicle.changes = {{random.uniform(0.2, 0.8) * seen_s, tried.change_mps2}};
       const VehicleResult result =
           estimate_vehicle(simulated::track_of(vehicle, site, {.to_s = seen_s}, random), site, {})
               .result;

@@ -11,6 +11,13 @@
 
 namespace vildar::simulated {
 
+/// From here on the acceleration is another, by so much.
+struct AccelerationChange {
+  double at_s = 0.0, mps2 = 0.0;
+
+  double since_s(double t_s) const { return std::max(0.0, t_s - at_s); }
+};
+
 /// A vehicle with constant acceleration on a straight or curved road, in closed form.
 struct Vehicle {
   double speed_mps = 20.0;         ///< along the path at t = 0, positive toward the sensor
@@ -19,17 +26,18 @@ struct Vehicle {
   double lateral_m = -4.0;
   double height_m = 0.68;
   double separation_m = 1.25;
-  double change_s = 0.0;     ///< from here on the acceleration is another
-  double change_mps2 = 0.0;  ///< by this much
+  std::vector<AccelerationChange> changes{};
 
-  double since_change_s(double t_s) const { return std::max(0.0, t_s - change_s); }
   double along_at_m(double t_s) const {
-    const double changed_s = since_change_s(t_s);
-    return along_m - speed_mps * t_s - 0.5 * acceleration_mps2 * t_s * t_s -
-           0.5 * change_mps2 * changed_s * changed_s;
+    double to_go_m = along_m - speed_mps * t_s - 0.5 * acceleration_mps2 * t_s * t_s;
+    for (const AccelerationChange& change : changes)
+      to_go_m -= 0.5 * change.mps2 * change.since_s(t_s) * change.since_s(t_s);
+    return to_go_m;
   }
   double speed_at_mps(double t_s) const {
-    return speed_mps + acceleration_mps2 * t_s + change_mps2 * since_change_s(t_s);
+    double at_mps = speed_mps + acceleration_mps2 * t_s;
+    for (const AccelerationChange& change : changes) at_mps += change.mps2 * change.since_s(t_s);
+    return at_mps;
   }
 };
 

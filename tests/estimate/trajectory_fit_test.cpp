@@ -104,8 +104,7 @@ TEST(TrajectoryFit, ABrakingThatBeginsInViewIsFollowed) {
   const Site site = surveyed();
   for (const double change_s : {0.6, 1.2, 1.6}) {
     simulated::Vehicle braking = kCruising;
-    braking.change_s = change_s;
-    braking.change_mps2 = -5.0;
+    braking.changes = {{change_s, -5.0}};
     Random random(1);
     const VehicleEstimate estimate =
         estimate_vehicle(simulated::track_of(braking, site, kView, random), site, {});
