@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "detect/lamp_fit.h"
 
@@ -12,8 +13,9 @@ namespace {
 constexpr double kLeastRadius_px = 0.1;  // a point, to any PSF of half a pixel and more
 constexpr std::size_t kBackgroundPixels = 256;
 constexpr int kMostIterations = 20;
-// Expected fall of the cost: a sixteenth of a sigma, and one small enough for the next step to be
-// the last, which nobody needs to look at: what it leaves is a tenth of it.
+// Expected fall of the cost, in units of what errors in common make of it: a sixteenth of a sigma,
+// and one small enough for the next step to be the last, which nobody needs to look at: what it
+// leaves is a tenth of it. So is one that leaves less than the former, as the step before did.
 constexpr double kDone = 4e-3, kLastStep = 0.04;
 constexpr double kRounding = 1e-6, kLeastFall = 1e-3;  // of costs in single precision
 
@@ -25,6 +27,11 @@ class Falls {
     last_.back() = fall;
   }
   void clear() { last_.fill(0.0); }
+  /// What the step last added leaves, where each leaves the share of it that the one before left.
+  double left() const {
+    return last_[2] > 0.0 ? last_[3] * last_[3] / last_[2]
+                          : std::numeric_limits<double>::infinity();
+  }
   /// Whether the climb goes to and fro between two places, as across a step in the pixels' noise:
   /// it would do so for good.
   bool circle() const {
@@ -39,18 +46,24 @@ class Falls {
 
 }  // namespace
 
-// Where pixels clip, the rim fixes the flux for each radius, a share of the rim's.
-void LampFitter::start(const FrameLight& light, std::span<const LampGuess> guesses,
-                       double rim_share, bool radius_known) {
-  const double core_px = image_.shape().core_sigma_px;
-  // Every so many pixels tell the background.
+/// Median of every so many pixels.
+double LampFitter::middle_light() {
   const std::size_t step = samples_.size() / kBackgroundPixels + 1;
   lights_.clear();
   for (std::size_t k = 0; k < samples_.size(); k += step)
     if (samples_.keep[k] != 0.0F) lights_.push_back(samples_.light[k] - samples_.others[k]);
   const auto middle = lights_.begin() + static_cast<std::ptrdiff_t>(lights_.size() / 2);
   std::nth_element(lights_.begin(), middle, lights_.end());
-  const double background = std::min(static_cast<double>(*middle), 0.5 * light.clip_light);
+  return static_cast<double>(*middle);
+}
+
+// Where pixels clip, the rim fixes the flux for each radius, a share of the rim's.
+void LampFitter::start(const FrameLight& light, std::span<const LampGuess> guesses,
+                       double rim_share, bool radius_known) {
+  const double core_px = image_.shape().core_sigma_px;
+  const double background =
+      std::min(guesses.front().background ? *guesses.front().background : middle_light(),
+               0.5 * light.clip_light);
   const auto seen_flux = [&] {
     double sum = 0.0, most = 0.0;
     for (std::size_t k = 0; k < samples_.size(); ++k) {
@@ -137,19 +150,20 @@ bool LampFitter::climb(const FrameLight& light, std::span<const LampGuess> guess
   sum = add_up(light);
   std::swap(accepted_, trial_);
   double damping = 1e-3;
+  const double done = kDone * coding_.summed_px, last_step = kLastStep * coding_.summed_px;
   Falls falls;
   for (int i = 0; i < kMostIterations; ++i, ++result_.iterations) {
     Vector move = step(sum, damping);
     if (!move.allFinite()) return false;
     const double fall = move.dot(sum.score);
-    if (damping < 1.0 && fall < kDone) return true;
+    if (damping < 1.0 && fall < done) return true;
     falls.add(fall);
     if (falls.circle()) return false;
     const std::optional<Vector> after = moved(move, guesses);
     if (!after) return false;
     const Vector before = parameters_;
     set_parameters(*after);
-    if (damping < 1.0 && fall < kLastStep) return true;
+    if (damping < 1.0 && (fall < last_step || falls.left() < done)) return true;
     Sum trial = add_up(light);
     if (trial.frozen_cost <= (1.0 + kRounding) * sum.cost + kLeastFall) {
       sum = std::move(trial);

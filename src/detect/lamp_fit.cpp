@@ -90,14 +90,17 @@ void LampFitter::gather(const FrameLight& light, std::span<const LampGuess> gues
     image_.add_to(samples_.others, samples_.u_px, samples_.v_px,
                   other.centre_px - samples_.origin_px, other.flux);
   }
-  terms_.clear();
+  terms_set_ = 0;
   accepted_.weight.resize(samples_.size());
 }
 
 // As many of the background's terms as the attempt has.
 void LampFitter::add_terms() {
   const auto wanted = static_cast<std::size_t>(attempt_.background_terms);
-  if (terms_.size() >= wanted) return;
+  if (terms_set_ >= wanted) return;
+  terms_[0].assign(samples_.size(), 1.0F);
+  terms_set_ = std::max<std::size_t>(terms_set_, 1);
+  if (wanted == 1) return;
   const Eigen::Vector2f middle_px = (middle_px_ - samples_.origin_px).cast<float>();
   const auto place = [&](const std::vector<float>& at_px, float middle) -> Eigen::ArrayXf {
     const auto count = static_cast<Eigen::Index>(at_px.size());
@@ -106,10 +109,10 @@ void LampFitter::add_terms() {
   };
   const Eigen::ArrayXf x = place(samples_.u_px, middle_px.x());
   const Eigen::ArrayXf y = place(samples_.v_px, middle_px.y());
-  for (std::size_t i = terms_.size(); i < wanted; ++i) {
-    Eigen::Map<Eigen::ArrayXf> term(terms_.emplace_back(samples_.size()).data(), x.size());
-    switch (i) {
-      case 0: term.setOnes(); break;
+  for (; terms_set_ < wanted; ++terms_set_) {
+    terms_[terms_set_].resize(samples_.size());
+    Eigen::Map<Eigen::ArrayXf> term(terms_[terms_set_].data(), x.size());
+    switch (terms_set_) {
       case 1: term = x; break;
       case 2: term = y; break;
       case 3: term = x.square() - y.square(); break;
@@ -218,37 +221,26 @@ LampFitter::Sum LampFitter::add_up(const FrameLight& light) {
 }
 
 void LampFitter::judge(std::span<const LampGuess> guesses) {
-  const auto clear = static_cast<Eigen::Index>(samples_.clear),
-             lamps = static_cast<Eigen::Index>(guesses.size());
-  const auto row = [&](const std::vector<float>& all) {
-    return Eigen::Map<const Eigen::ArrayXf>(all.data(), clear);
-  };
-  std::array<Eigen::Vector2f, kMostLamps> centres;
-  rings_.resize(clear, lamps);
+  const std::size_t clear = samples_.clear;
+  std::array<LampRings, kMostLamps> rings;
   for (std::size_t i = 0; i < guesses.size(); ++i) {
     const double inner_px = std::max(guesses[i].rim_px - 1.0, 0.0);
-    const double per_ring = 1.0 / (attempt_.reach * reach_px_[i] - inner_px);
-    const Eigen::Vector2f at_px = centres[i] =
+    const double reach_px = attempt_.reach * reach_px_[i] - inner_px;
+    const Eigen::Vector2f at_px =
         (parameters_.segment<2>(base(i) + 1) - samples_.origin_px).cast<float>();
-    rings_.col(static_cast<Eigen::Index>(i)) =
-        (((row(samples_.u_px) - at_px.x()).square() + (row(samples_.v_px) - at_px.y()).square())
-             .sqrt() -
-         static_cast<float>(inner_px))
-            .max(0.0F) *
-        static_cast<float>(per_ring);
+    rings[i] = {at_px.x(), at_px.y(), static_cast<float>(inner_px),
+                static_cast<float>(ResidualShape::kRings / reach_px)};
   }
+  places_.resize(clear);
+  set_places(PixelRow(samples_.u_px).first(clear), PixelRow(samples_.v_px).first(clear),
+             PixelRow(samples_.keep).first(clear), std::span(rings).first(guesses.size()), places_);
+  const auto row = [&](const std::vector<float>& all) {
+    return Eigen::Map<const Eigen::ArrayXf>(all.data(), static_cast<Eigen::Index>(clear));
+  };
   in_sigmas_ = row(accepted_.residual) * row(accepted_.weight).sqrt();
   ResidualShape shape(guesses.size(), coding_.correlated_px);
-  for (Eigen::Index k = 0; k < clear; ++k) {
-    const auto sample = static_cast<std::size_t>(k);
-    if (samples_.keep[sample] == 0.0F) continue;
-    Eigen::Index nearest = 0;
-    for (Eigen::Index i = 1; i < lamps; ++i)
-      if (rings_(k, i) <= rings_(k, nearest)) nearest = i;
-    const auto lamp = static_cast<std::size_t>(nearest);
-    shape.add(lamp, Eigen::Vector2f(samples_.u_px[sample], samples_.v_px[sample]) - centres[lamp],
-              rings_(k, nearest), in_sigmas_[k], accepted_.noise_share[sample]);
-  }
+  for (std::size_t k = 0; k < clear; ++k)
+    shape.add(places_[k], in_sigmas_[static_cast<Eigen::Index>(k)], accepted_.noise_share[k]);
   const ResidualShape::Verdict verdict =
       shape.verdict(static_cast<double>(per_lamp_), static_cast<double>(attempt_.background_terms));
   result_.chi2_per_dof = verdict.chi2_per_dof;
@@ -282,23 +274,30 @@ void LampFitter::find_leverage(const Matrix& covariance) {
 LampFitter::Matrix LampFitter::observed_covariance(const Matrix& inverse) {
   find_leverage(inverse);
   factor_ = accepted_.weight;
-  for (std::size_t k = 0; k < samples_.clear; ++k) {
-    const float alone = std::max(1.0F - accepted_.weight[k] * leverage_[k], kLeastAlone);
-    factor_[k] = accepted_.pull[k] * accepted_.pull[k] / (alone * alone);
-  }
+  const auto clear = static_cast<Eigen::Index>(samples_.clear);
+  const auto row = [&](std::vector<float>& all) {
+    return Eigen::Map<Eigen::ArrayXf>(all.data(), clear);
+  };
+  row(factor_) =
+      (row(accepted_.pull) / (1.0F - row(accepted_.weight) * row(leverage_)).max(kLeastAlone))
+          .square();
   const Matrix spread = coding_.summed_px * squares(factor_);
-  return inverse * spread * inverse;
+  return inverse.lazyProduct(spread.lazyProduct(inverse).eval());
 }
 
 LampFitter::Vector LampFitter::by_wing_share() {
-  factor_ = accepted_.weight;
-  for (std::size_t k = 0; k < samples_.size(); ++k) {
-    double light = 0.0;
-    for (std::size_t i = 0; i < images_.size(); ++i)
-      light += scale_[base(i)] * static_cast<double>(accepted_.lamps[i].per_wing_share[k]);
-    factor_[k] *= static_cast<float>(light);
+  shares_.clear();
+  factor_.clear();
+  for (std::size_t i = 0; i < images_.size(); ++i) {
+    shares_.emplace_back(accepted_.lamps[i].per_wing_share);
+    factor_.push_back(static_cast<float>(scale_[base(i)]));
   }
-  return products(factor_);
+  set_rows(shares_, factor_, {}, trial_.expected);
+  const auto row = [&](std::vector<float>& all) {
+    return Eigen::Map<Eigen::ArrayXf>(all.data(), static_cast<Eigen::Index>(samples_.size()));
+  };
+  row(trial_.expected) *= row(accepted_.weight);
+  return products(trial_.expected);
 }
 
 // Gauss and Legendre, two points to each piece of a lamp's way.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -69,7 +70,8 @@ class LampFitter {
                       int first_attempt = 0);
 
  private:
-  static constexpr int kMostParameters = 4 * static_cast<int>(kMostLamps) + 6;
+  static constexpr std::size_t kMostTerms = 6;
+  static constexpr int kMostParameters = static_cast<int>(4 * kMostLamps + kMostTerms);
   using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostParameters, 1>;
   using Matrix =
       Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostParameters, kMostParameters>;
@@ -96,6 +98,7 @@ class LampFitter {
               std::span<const OtherLamp> others);
   void add_terms();
   void smear(std::span<const LampGuess> guesses);
+  double middle_light();
   void start(const FrameLight& light, std::span<const LampGuess> guesses, double rim_share,
              bool radius_known);
   bool climb_from_best(const FrameLight& light, std::span<const LampGuess> guesses, bool several,
@@ -124,15 +127,16 @@ class LampFitter {
   std::vector<std::vector<Smear>> smears_;  // of each lamp
   std::vector<double> reach_px_;
   LampSamples samples_;
-  std::vector<std::vector<float>> terms_;     // of the background, of all samples
+  std::array<std::vector<float>, kMostTerms> terms_;  // of the background, of all samples
+  std::size_t terms_set_ = 0;
   Rows accepted_, trial_;                     // under the parameters accepted last, and those tried
   std::vector<std::span<const float>> rows_;  // one of each parameter, over `scale_`
   Vector scale_;
   std::vector<double> sums_;
   std::vector<std::span<const float>> shares_;  // and what else the model's light is of
   std::vector<float> factor_, lights_, leverage_;
-  Eigen::ArrayXXf rings_;     // place of each sample about each lamp, see ResidualShape
-  Eigen::ArrayXf in_sigmas_;  // what is left over of each
+  std::vector<std::int32_t> places_;  // of each sample that does not clip, see ResidualShape
+  Eigen::ArrayXf in_sigmas_;          // what is left over of each
   // Of each lamp ln flux, centre and, where it is not known, the disc's radius squared; background
   // as a polynomial of the place about the lamps' middle, in units of the first one's reach.
   Vector parameters_;

@@ -17,8 +17,9 @@ constexpr double kMostMove_px = 25.0;
 /// A fit that goes further than this from where the light was seen has found something else.
 constexpr double kMostShift_px = 1.5;
 constexpr double kMostShiftShare = 0.3;  // of the light's spread
-/// A lamp starts from the radius of the last frame, and every so many frames from anew.
-constexpr int kLooks = 16;
+/// A lamp starts from the radius of the last frame, and every so many frames from anew; from the
+/// plainest background more often.
+constexpr int kLooks = 64, kPlainLooks = 16;
 constexpr double kFirstRadius = 0.6;  // of a disc that is not known, of its rim
 constexpr double kOthersReach = 3.0;  // further off a lamp's wings are as good as level
 constexpr double kSettled = 0.05;     // of ln flux
@@ -102,8 +103,9 @@ void LampMeter::start(const FrameLight& light, std::size_t k, const Peak& peak,
     now.fitted = true;
     now.lamp.radius_px = same->lamp.radius_px;
     now.lamp.flux = same->lamp.flux;
+    guess.background = same->background;
+    if (now.looks % kPlainLooks > 0) now.first_attempt = std::max(0, same->attempt - 1);
     if (now.looks > 0) {
-      now.first_attempt = std::max(0, same->attempt - 1);
       guess.radius_px = same->lamp.radius_px;
       guess.flux = same->lamp.flux;
     }
@@ -145,6 +147,7 @@ bool LampMeter::fit_group(const FrameLight& light, const FrameLight* coded, std:
       guesses_[i].centre_px = fit.lamps[i].centre_px;
       guesses_[i].radius_px = fit.lamps[i].radius_px;
       guesses_[i].flux = fit.lamps[i].flux;
+      guesses_[i].background = fit.background;
     }
     told = &fitter_.fit(*coded, guesses_, false, others_, first_attempt);
   }
@@ -166,8 +169,10 @@ bool LampMeter::fit_group(const FrameLight& light, const FrameLight* coded, std:
     now.lamp.centre_px = lamp.centre_px;
     now.lamp.radius_px = lamp.radius_px;
     now.lamp.flux = lamp.flux;
+    now.background = fit.background;
     starts_[members_[i]].radius_px = lamp.radius_px;
     starts_[members_[i]].flux = lamp.flux;
+    starts_[members_[i]].background = fit.background;
     if (fit.bad_fit) continue;
     seen.centre_px = lamp.centre_px;
     seen.centre_sigma_px = lamp.centre_sigma_px;

@@ -30,6 +30,7 @@ class LampMeter {
  private:
   struct Known {
     OtherLamp lamp;
+    double background = 0.0;             ///< where it was fitted
     int first_attempt = 0, attempt = 0;  ///< at the background; see LampFitter
     int looks = 0;                       ///< since it was last fitted from the start
     bool fitted = false;

@@ -43,12 +43,33 @@ double half_chord_px(double radius2, double away2) {
   return std::sqrt(std::max(radius2 - away2, 0.0));
 }
 
-/// Share of a pixel's information that counts so far from a rim at which errors are larger.
-double share_at_rim(double from_rim_px, double rim_factor) {
-  const double inside = 1.0 - square_of(std::abs(from_rim_px) / kCodedRim_px);
-  if (inside <= 0.0) return 1.0;
-  const double square = inside * inside;
-  return 1.0 / (1.0 + (rim_factor * rim_factor - 1.0) * square * square);
+struct Span {
+  std::size_t first, end;
+};
+
+Eigen::Map<Eigen::ArrayXf> part_of(std::vector<float>& row, Span of) {
+  return {row.data() + of.first, static_cast<Eigen::Index>(of.end - of.first)};
+}
+
+/// Of pixels that a lamp `centre_px` from the origin brought in.
+void set_places(PixelRows& rows, Span of, const Eigen::Vector2f& centre_px, double reach_px) {
+  part_of(rows.place2, of) = ((part_of(rows.u_px, of) - centre_px.x()).square() +
+                              (part_of(rows.v_px, of) - centre_px.y()).square()) *
+                             static_cast<float>(1.0 / (reach_px * reach_px));
+  part_of(rows.keep, of) = 1.0F;
+}
+
+/// Less of what counts about a rim at which errors are larger.
+void weigh_rim(PixelRows& rows, Span of, double reach_px, double rim_px, double rim_factor) {
+  const auto per_reach = static_cast<float>(reach_px / kCodedRim_px);
+  const auto rim = static_cast<float>(rim_px / kCodedRim_px);
+  part_of(rows.keep, of) =
+      (1.0F + static_cast<float>(rim_factor * rim_factor - 1.0) *
+                  (1.0F - (part_of(rows.place2, of).sqrt() * per_reach - rim).square())
+                      .max(0.0F)
+                      .square()
+                      .square())
+          .inverse();
 }
 
 /// Light of a pixel before the picture was softened, to first order in the variance.
@@ -68,20 +89,8 @@ float sharpened(const FrameLight& frame, int u, int v, double variance_px2) {
 
 }  // namespace
 
-/// Writes pixels from place `first` on, and those that do not count up to a whole batch.
-void LampSamples::set(std::size_t first, std::span<const Pixel> pixels) {
-  for (std::size_t k = 0; k < pixels.size(); ++k) {
-    const Pixel& pixel = pixels[k];
-    u_px[first + k] = pixel.u_px;
-    v_px[first + k] = pixel.v_px;
-    light[first + k] = pixel.light;
-    place2[first + k] = pixel.place2;
-    keep[first + k] = pixel.keep;
-  }
-  const auto from = static_cast<std::ptrdiff_t>(first + pixels.size());
-  const auto to = static_cast<std::ptrdiff_t>(first + in_batches(pixels.size()));
-  for (std::vector<float>* one : {&u_px, &v_px, &light, &place2, &keep})
-    std::fill(one->begin() + from, one->begin() + to, 0.0F);
+void PixelRows::resize(std::size_t pixels) {
+  for (std::vector<float>* one : {&u_px, &v_px, &light, &place2, &keep}) one->resize(pixels);
 }
 
 void LampSamples::list_circles(std::size_t lamp, int v, std::span<const LampGuess> guesses,
@@ -106,61 +115,77 @@ void LampSamples::list_circles(std::size_t lamp, int v, std::span<const LampGues
   for (const OtherLamp& other : others_in) list(left_out_, other.centre_px, other.core_px);
 }
 
-void LampSamples::gather(const FrameLight& frame, std::span<const LampGuess> guesses,
-                         std::span<const double> reach_px, std::span<const OtherLamp> others_in) {
-  used = 0;
-  origin_px = guesses.front().centre_px.array().round();
-  const LumaView& luma = frame.luma;
+/// Every so many pixels of a row, but those of circles that are left out.
+template <class T>
+void LampSamples::take(const FrameLight& frame, int v, Chord columns, int every,
+                       double softened_px2) {
   const auto chord_at = [](const std::vector<Chord>& chords, int u) {
     return std::find_if(chords.begin(), chords.end(),
                         [u](const Chord& chord) { return u >= chord.first && u <= chord.last; });
   };
-  std::size_t clear_count = 0, clipped_count = 0;
-  const double hole_light = kHoleLight * frame.clip_light;
+  const T* const codes = reinterpret_cast<const T*>(frame.luma.row(v));
+  const float* const linear = frame.linear.data();
+  const int clip_code = frame.clip_code;
+  const auto hole_light = static_cast<float>(kHoleLight * frame.clip_light);
+  const auto from_u = static_cast<int>(origin_px.x());
+  const auto v_here = static_cast<float>(v - origin_px.y());
+  int u = columns.first + (every - (columns.first + 2 * v) % every) % every;
+  while (u <= columns.last) {
+    const auto chord = chord_at(left_out_, u);
+    if (chord != left_out_.end()) {
+      u += (chord->last - u + every) / every * every;
+      continue;
+    }
+    int end = columns.last;
+    for (const Chord& next : left_out_)
+      if (next.first > u) end = std::min(end, next.first - 1);
+    const auto more = static_cast<std::size_t>(end - u + 1);
+    if (size() < clear_count_ + more) resize(clear_count_ + more);
+    if (clipped_.keep.size() < clipped_count_ + more) clipped_.resize(clipped_count_ + more);
+    float *const to_u = u_px.data(), *const to_v = v_px.data(), *const to_light = light.data();
+    std::size_t at = clear_count_;
+    for (; u <= end; u += every) {
+      const int code = codes[u];
+      const float here = linear[code];
+      to_u[at] = static_cast<float>(u - from_u);
+      to_v[at] = v_here;
+      to_light[at] = softened_px2 > 0.0 ? sharpened(frame, u, v, softened_px2) : here;
+      if (code < clip_code && (here <= hole_light || chord_at(holes_, u) == holes_.end())) {
+        ++at;
+        continue;
+      }
+      clipped_.u_px[clipped_count_] = to_u[at];
+      clipped_.v_px[clipped_count_] = v_here;
+      clipped_.light[clipped_count_++] = to_light[at];
+    }
+    clear_count_ = at;
+  }
+}
+
+void LampSamples::gather(const FrameLight& frame, std::span<const LampGuess> guesses,
+                         std::span<const double> reach_px, std::span<const OtherLamp> others_in) {
+  origin_px = guesses.front().centre_px.array().round();
+  const LumaView& luma = frame.luma;
+  const auto take_row = luma.bytes_per_sample() == 1 ? &LampSamples::take<std::uint8_t>
+                                                     : &LampSamples::take<std::uint16_t>;
+  clear_count_ = clipped_count_ = 0;
   for (std::size_t i = 0; i < guesses.size(); ++i) {
     const double reach2 = square_of(reach_px[i]), rim = guesses[i].rim_px;
     const Eigen::Vector2d& centre = guesses[i].centre_px;
     const double dense = rim > 0.0 ? rim + kRimOutside_px : kDenseSizes * guesses[i].size_px;
-    const double dense2 = square_of(dense), per_reach2 = 1.0 / reach2;
+    const double dense2 = square_of(dense);
     const double softened_px2 = frame.coding && rim == 0.0 ? frame.coding->softened_px2 : 0.0;
-    const double rim_factor = frame.coding && rim > 0.0 ? frame.coding->rim_factor : 1.0;
     const int stride =
         stride_of(kPi * (reach2 - dense2), rim > 0.0 ? kMostPixels : kMostUnclippedPixels);
     const int rim_stride =
         stride_of(2.0 * kPi * rim * (kRimInside_px + kRimOutside_px), kMostRimPixels);
+    const std::size_t first_clear = clear_count_, first_clipped = clipped_count_;
     const Range rows(centre.y() - reach_px[i], centre.y() + reach_px[i], luma.height_px);
     for (int v = rows.first; v <= rows.last; ++v) {
       const double dv2 = square_of(std::abs(v - centre.y()));
       list_circles(i, v, guesses, reach_px, others_in);
       const auto take = [&](int first, int last, int every) {
-        int u = first + (every - (first + 2 * v) % every) % every;
-        while (u <= last) {
-          const auto chord = chord_at(left_out_, u);
-          if (chord != left_out_.end()) {
-            u += (chord->last - u + every) / every * every;
-            continue;
-          }
-          int end = last;
-          for (const Chord& next : left_out_)
-            if (next.first > u) end = std::min(end, next.first - 1);
-          for (std::vector<Pixel>* one : {&clear_, &clipped_})
-            if (const auto most = used + static_cast<std::size_t>(end - u + 1); one->size() < most)
-              one->resize(2 * most);
-          for (; u <= end; u += every, ++used) {
-            const int code = luma.code(u, v);
-            const float here = frame.linear[code];
-            const double du = u - centre.x();
-            const bool clips = code >= frame.clip_code ||
-                               (here > hole_light && chord_at(holes_, u) != holes_.end());
-            Pixel& pixel = clips ? clipped_[clipped_count++] : clear_[clear_count++];
-            const double away2 = du * du + dv2;
-            pixel = {static_cast<float>(u - origin_px.x()), static_cast<float>(v - origin_px.y()),
-                     softened_px2 > 0.0 ? sharpened(frame, u, v, softened_px2) : here,
-                     static_cast<float>(away2 * per_reach2), 1.0F};
-            if (rim_factor > 1.0 && !clips)
-              pixel.keep = static_cast<float>(share_at_rim(std::sqrt(away2) - rim, rim_factor));
-          }
-        }
+        (this->*take_row)(frame, v, {first, last}, every, softened_px2);
       };
       const double half_px = half_chord_px(reach2, dv2);
       const Range all(centre.x() - half_px, centre.x() + half_px, luma.width_px);
@@ -174,12 +199,24 @@ void LampSamples::gather(const FrameLight& frame, std::span<const LampGuess> gue
       take(middle.first, middle.last, rim_stride);
       take(std::max(middle.last + 1, all.first), all.last, stride);
     }
+    const Eigen::Vector2f from_origin_px = (centre - origin_px).cast<float>();
+    set_places(*this, {first_clear, clear_count_}, from_origin_px, reach_px[i]);
+    set_places(clipped_, {first_clipped, clipped_count_}, from_origin_px, reach_px[i]);
+    if (frame.coding && rim > 0.0 && frame.coding->rim_factor > 1.0)
+      weigh_rim(*this, {first_clear, clear_count_}, reach_px[i], rim, frame.coding->rim_factor);
   }
-  clear = in_batches(clear_count);
-  for (std::vector<float>* one : {&u_px, &v_px, &light, &place2, &keep})
-    one->resize(clear + in_batches(clipped_count));
-  set(0, std::span(clear_).first(clear_count));
-  set(clear, std::span(clipped_).first(clipped_count));
+  used = clear_count_ + clipped_count_;
+  clear = in_batches(clear_count_);
+  resize(clear + in_batches(clipped_count_));
+  for (const auto row : {&PixelRows::u_px, &PixelRows::v_px, &PixelRows::light, &PixelRows::place2,
+                         &PixelRows::keep}) {
+    std::vector<float>& all = this->*row;
+    const auto begin = all.begin() + static_cast<std::ptrdiff_t>(clear);
+    std::fill(all.begin() + static_cast<std::ptrdiff_t>(clear_count_), begin, 0.0F);
+    const auto clipped = (clipped_.*row).begin();
+    std::fill(std::copy(clipped, clipped + static_cast<std::ptrdiff_t>(clipped_count_), begin),
+              all.end(), 0.0F);
+  }
   others.assign(size(), 0.0F);
 }
 

@@ -1,8 +1,10 @@
 #include "detect/pixel_sums.h"
 
 #include <algorithm>
+#include <limits>
 #include <vector>
 
+#include "detect/residual_shape.h"
 #include "optics/disc_image.h"
 
 // Highway compiles this file once per instruction set and picks one at run time.
@@ -101,6 +103,39 @@ void sum_squares_here(std::span<const PixelRow> rows, PixelRow weight, std::span
   }
 }
 
+void set_places_here(PixelRow u_px, PixelRow v_px, PixelRow keep, std::span<const LampRings> lamps,
+                     std::span<std::int32_t> places) {
+  const Tag tag;
+  const hn::RebindToSigned<Tag> whole;
+  const Lanes zero = hn::Zero(tag);
+  const auto count = [](int value) HWY_ATTR { return hn::Set(hn::RebindToSigned<Tag>(), value); };
+  const int per_lamp = ResidualShape::kRings * ResidualShape::kQuarters;
+  for (std::size_t i = 0; i < places.size(); i += hn::Lanes(tag)) {
+    auto place = count(0);
+    Lanes least = hn::Set(tag, std::numeric_limits<float>::infinity());
+    for (std::size_t lamp = 0; lamp < lamps.size(); ++lamp) {
+      const LampRings& rings = lamps[lamp];
+      const Lanes du = hn::Sub(hn::LoadU(tag, &u_px[i]), hn::Set(tag, rings.u_px));
+      const Lanes dv = hn::Sub(hn::LoadU(tag, &v_px[i]), hn::Set(tag, rings.v_px));
+      const Lanes away_px = hn::Sqrt(hn::MulAdd(du, du, hn::Mul(dv, dv)));
+      const Lanes ring = hn::Mul(hn::Max(hn::Sub(away_px, hn::Set(tag, rings.inner_px)), zero),
+                                 hn::Set(tag, rings.per_px));
+      const auto in = hn::Min(hn::ConvertTo(whole, ring), count(ResidualShape::kRings - 1));
+      const auto right = hn::RebindMask(whole, hn::Gt(hn::Add(du, dv), zero));
+      const auto above = hn::RebindMask(whole, hn::Gt(hn::Sub(du, dv), zero));
+      const auto quarter =
+          hn::Add(hn::IfThenElseZero(right, count(1)), hn::IfThenElseZero(above, count(2)));
+      const auto here = hn::Add(hn::Add(hn::Mul(in, count(ResidualShape::kQuarters)), quarter),
+                                count(per_lamp * static_cast<int>(lamp)));
+      place = hn::IfThenElse(hn::RebindMask(whole, hn::Le(ring, least)), here, place);
+      least = hn::Min(least, ring);
+    }
+    const auto left_out = hn::RebindMask(whole, hn::Eq(hn::LoadU(tag, &keep[i]), zero));
+    place = hn::IfThenElse(left_out, count(per_lamp * static_cast<int>(lamps.size())), place);
+    hn::StoreU(place, whole, &places[i]);
+  }
+}
+
 WeighedCosts weigh_here(const WeighedRows& rows, const PixelNoise& noise, double patch_variance) {
   const Tag tag;
   const hn::RebindToSigned<Tag> whole;
@@ -143,6 +178,7 @@ HWY_EXPORT(set_rows_here);
 HWY_EXPORT(set_forms_here);
 HWY_EXPORT(sum_products_here);
 HWY_EXPORT(sum_squares_here);
+HWY_EXPORT(set_places_here);
 HWY_EXPORT(weigh_here);
 
 }  // namespace
@@ -163,6 +199,11 @@ void sum_products(std::span<const PixelRow> rows, PixelRow factor, std::span<dou
 
 void sum_squares(std::span<const PixelRow> rows, PixelRow weight, std::span<double> sums) {
   HWY_DYNAMIC_DISPATCH(sum_squares_here)(rows, weight, sums);
+}
+
+void set_places(PixelRow u_px, PixelRow v_px, PixelRow keep, std::span<const LampRings> lamps,
+                std::span<std::int32_t> places) {
+  HWY_DYNAMIC_DISPATCH(set_places_here)(u_px, v_px, keep, lamps, places);
 }
 
 WeighedCosts weigh(const WeighedRows& rows, const PixelNoise& noise, double patch_variance) {

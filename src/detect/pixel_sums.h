@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 #include "detect/frame_light.h"
@@ -24,6 +25,16 @@ void sum_products(std::span<const PixelRow> rows, PixelRow factor, std::span<dou
 /// Of each pair of rows, the sum of their products times `weight`; row by row, below the diagonal
 /// and on it: (0, 0), (1, 0), (1, 1), (2, 0) ...
 void sum_squares(std::span<const PixelRow> rows, PixelRow weight, std::span<double> sums);
+
+/// Rings about a lamp, see ResidualShape.
+struct LampRings {
+  float u_px, v_px;  ///< its centre
+  float inner_px, per_px;
+};
+/// Of each pixel its place about the lamp in whose rings it lies furthest in, the last of those; of
+/// those of which nothing is kept the number after the last place.
+void set_places(PixelRow u_px, PixelRow v_px, PixelRow keep, std::span<const LampRings> lamps,
+                std::span<std::int32_t> places);
 
 /// What a model makes of pixels that do not clip.
 struct WeighedRows {

@@ -19,36 +19,45 @@ double normal_of_ratio(double ratio, double above, double below) {
 }  // namespace
 
 ResidualShape::ResidualShape(std::size_t lamps, double correlated_px)
-    : lamps_(lamps), correlated_px_(correlated_px), places_(kRings * kQuarters * lamps) {}
+    : lamps_(lamps),
+      correlated_px_(correlated_px),
+      count_(kTurns * (kRings * kQuarters * lamps + 1)),
+      sum_(count_),
+      noise_(count_),
+      square_(count_) {}
 
 ResidualShape::Verdict ResidualShape::verdict(double per_lamp, double background_terms) const {
-  std::vector<Sum> whole_rings(kRings * lamps_);
-  double used = 0.0;
-  for (std::size_t place = 0; place < places_.size(); ++place) {
-    const Sum& part = places_[place];
-    Sum& ring = whole_rings[place / kQuarters];
-    ring.n += part.n;
-    ring.sum += part.sum;
-    ring.noise += part.noise;
-    used += part.n;
+  struct Sum {
+    double n = 0.0, sum = 0.0, noise = 0.0;
+  };
+  using Sums = std::vector<Sum>;
+  Sums quarters(kRings * kQuarters * lamps_), whole_rings(kRings * lamps_);
+  double used = 0.0, square = 0.0;
+  for (std::size_t at = 0; at < kTurns * quarters.size(); ++at) {
+    for (Sum* one : {&quarters[at / kTurns], &whole_rings[at / kTurns / kQuarters]}) {
+      one->n += static_cast<double>(count_[at]);
+      one->sum += static_cast<double>(sum_[at]);
+      one->noise += static_cast<double>(noise_[at]);
+    }
+    used += static_cast<double>(count_[at]);
+    square += static_cast<double>(square_[at]);
   }
   double places = 0.0, between = 0.0, rings = 0.0, between_rings = 0.0;
-  const auto add_up = [](const std::vector<Sum>& sums, double least, double& count,
-                         double& square) {
+  const auto add_up = [](const Sums& sums, double least, double& count, double& squares) {
     for (const Sum& one : sums) {
       if (one.n < least) continue;
       count += 1.0;
-      square += one.sum * one.sum / one.n;
+      squares += one.sum * one.sum / one.n;
     }
   };
-  add_up(places_, kLeastPixels, places, between);
+  add_up(quarters, kLeastPixels, places, between);
   add_up(whole_rings, kQuarters * kLeastPixels, rings, between_rings);
   const auto lamps = static_cast<double>(lamps_);
   const double fitted = per_lamp * lamps + background_terms;
   const double within_dof = std::max(used - places, 1.0);
-  const double scatter = correlated_px_ * std::max((square_ - between) / within_dof, 1e-12);
+  const double scatter = correlated_px_ * std::max((square - between) / within_dof, 1e-12);
   // Against what the scatter makes of as many pixels, and what they have in common.
-  const auto shaped = [&](const std::vector<Sum>& sums, double least, double dof) {
+  const auto shaped = [&](const Sums& sums, double least, double dof) {
     double expected = 0.0;
     for (const Sum& one : sums)
       if (one.n >= least)
@@ -62,11 +71,11 @@ ResidualShape::Verdict ResidualShape::verdict(double per_lamp, double background
   // angle.
   const double round_dof = std::max(rings - (per_lamp - 2.0) * lamps - 1.0, 1.0);
   const double uneven_dof = std::max(places - rings - 2.0 * lamps - background_terms + 1.0, 1.0);
-  verdict.chi2_per_dof = square_ / std::max(used - fitted, 1.0);
+  verdict.chi2_per_dof = square / std::max(used - fitted, 1.0);
   verdict.shape = between;
   verdict.shape_per_dof = between / dof;
   // Wings that are not as they were taken for are alike in all quarters: rings tell them sooner.
-  verdict.shaped = shaped(places_, kLeastPixels, dof) ||
+  verdict.shaped = shaped(quarters, kLeastPixels, dof) ||
                    shaped(whole_rings, kQuarters * kLeastPixels, round_dof);
   // Quarters that differ no more than chance makes them say nothing of what lies about the lamp.
   const double uneven = (between - between_rings) / uneven_dof;

@@ -15,22 +15,26 @@ class ResidualShape {
   /// Pixels err together by patches of `correlated_px` on average.
   explicit ResidualShape(std::size_t lamps, double correlated_px = 1.0);
 
-  /// A pixel's residual over its sigma, `offset_px` from the lamp next to it, at `ring` of what is
-  /// used about the lamp, 0 to 1. `noise_share` of its variance is its own, the rest is common to
-  /// pixels that lie together.
-  void add(std::size_t lamp, const Eigen::Vector2f& offset_px, float ring, float residual,
-           float noise_share) {
-    const std::size_t in =
-        kRings * lamp +
-        std::min(static_cast<std::size_t>(ring * static_cast<float>(kRings)), kRings - 1);
-    const std::size_t quarter = (offset_px.x() + offset_px.y() > 0.0F ? 1 : 0) +
-                                (offset_px.x() - offset_px.y() > 0.0F ? 2 : 0);
-    const auto one = static_cast<double>(residual);
-    square_ += one * one;
-    Sum& sum = places_[kQuarters * in + quarter];
-    sum.n += 1.0;
-    sum.sum += one;
-    sum.noise += static_cast<double>(noise_share);
+  static constexpr int kRings = 6, kQuarters = 4;
+  /// Number of a place about a lamp, `offset_px` from it and in so many rings of what is used
+  /// there.
+  static int place_of(int lamp, const Eigen::Vector2f& offset_px, float rings) {
+    const int ring = std::min(static_cast<int>(rings), kRings - 1);
+    const int quarter = (offset_px.x() + offset_px.y() > 0.0F ? 1 : 0) +
+                        (offset_px.x() - offset_px.y() > 0.0F ? 2 : 0);
+    return kQuarters * (kRings * lamp + ring) + quarter;
+  }
+
+  /// A pixel's residual over its sigma, in a place of a lamp; in the one after the last it does not
+  /// count. `noise_share` of its variance is its own, the rest is common to pixels that lie
+  /// together.
+  void add(int place, float residual, float noise_share) {
+    const std::size_t at = kTurns * static_cast<std::size_t>(place) + turn_;
+    count_[at] += 1.0F;
+    sum_[at] += residual;
+    noise_[at] += noise_share;
+    square_[at] += residual * residual;
+    turn_ = (turn_ + 1) % kTurns;
   }
 
   struct Verdict {
@@ -47,14 +51,13 @@ class ResidualShape {
   Verdict verdict(double per_lamp, double background_terms) const;
 
  private:
-  static constexpr std::size_t kRings = 6, kQuarters = 4;
-  struct Sum {
-    double n = 0.0, sum = 0.0, noise = 0.0;
-  };
+  /// Neighbours mostly lie in one place: sums that take turns do not wait for one another.
+  static constexpr std::size_t kTurns = 4;
   std::size_t lamps_;
   double correlated_px_;
-  std::vector<Sum> places_;  // quarters of rings of lamps
-  double square_ = 0.0;
+  // So many of each quarter of each ring of each lamp, and of what does not count.
+  std::vector<float> count_, sum_, noise_, square_;
+  std::size_t turn_ = 0;
 };
 
 }  // namespace vildar

@@ -42,6 +42,17 @@ using Tag = hn::CappedTag<float, 8>;
 using Lanes = hn::Vec<Tag>;
 using Indices = hn::Vec<hn::RebindToSigned<Tag>>;
 
+/// Where in tables of the same steps the numbers about each pixel begin.
+struct Places {
+#if HWY_HAVE_SCALABLE || HWY_TARGET == HWY_SCALAR
+  Indices at;
+  explicit HWY_INLINE Places(Indices places) : at(places) {}
+#else
+  HWY_ALIGN std::int32_t at[hn::MaxLanes(Tag())];
+  explicit HWY_INLINE Places(Indices places) { hn::Store(places, hn::RebindToSigned<Tag>(), at); }
+#endif
+};
+
 #if !HWY_HAVE_SCALABLE && HWY_TARGET != HWY_SCALAR
 /// Four numbers from each place, in a block each.
 template <class D>
@@ -55,18 +66,17 @@ HWY_INLINE hn::Vec<D> load_blocks(D tag, const float* from, const std::int32_t* 
 #endif
 
 /// The number at each place, the one after it ...
-HWY_INLINE void load_four(const float* from, Indices places, Lanes& a, Lanes& b, Lanes& c,
+HWY_INLINE void load_four(const float* from, const Places& places, Lanes& a, Lanes& b, Lanes& c,
                           Lanes& d) {
   const Tag tag;
 #if HWY_HAVE_SCALABLE || HWY_TARGET == HWY_SCALAR
-  a = hn::GatherIndex(tag, from, places);
-  b = hn::GatherIndex(tag, from + 1, places);
-  c = hn::GatherIndex(tag, from + 2, places);
-  d = hn::GatherIndex(tag, from + 3, places);
+  a = hn::GatherIndex(tag, from, places.at);
+  b = hn::GatherIndex(tag, from + 1, places.at);
+  c = hn::GatherIndex(tag, from + 2, places.at);
+  d = hn::GatherIndex(tag, from + 3, places.at);
 #else
   // Cheaper than to gather: one load for each place, and a transposition.
-  HWY_ALIGN std::int32_t at[hn::MaxLanes(Tag())];
-  hn::Store(places, hn::RebindToSigned<Tag>(), at);
+  const std::int32_t* const at = places.at;
   const Lanes first = load_blocks(tag, from, at), second = load_blocks(tag, from, at + 1);
   const Lanes third = load_blocks(tag, from, at + 2), fourth = load_blocks(tag, from, at + 3);
   const Lanes low_even = hn::InterleaveLower(tag, first, third);
@@ -93,14 +103,14 @@ HWY_INLINE Lanes value_at(Lanes t, Lanes a, Lanes b, Lanes c, Lanes d) {
   return hn::Add(near, off);
 }
 
-HWY_INLINE Lanes value_of(const float* nodes, Indices first, Lanes t) {
+HWY_INLINE Lanes value_of(const float* nodes, const Places& first, Lanes t) {
   Lanes a, b, c, d;
   load_four(nodes, first, a, b, c, d);
   return value_at(t, a, b, c, d);
 }
 
 /// Value, and slope by t.
-HWY_INLINE Lanes value_of(const float* nodes, Indices first, Lanes t, Lanes& slope) {
+HWY_INLINE Lanes value_of(const float* nodes, const Places& first, Lanes t, Lanes& slope) {
   const Tag tag;
   Lanes a, b, c, d;
   load_four(nodes, first, a, b, c, d);
@@ -134,8 +144,9 @@ void add_disc(const DiscProfile& disc, const DiscSums& sums) {
     const Lanes far = hn::Mul(hn::Mul(r, inverse_far), set(disc.wing_steps));
     const Indices far_node = hn::ConvertTo(whole, far);
     const Lanes far_t = hn::Sub(far, hn::ConvertTo(tag, far_node));
+    const Places far_places(far_node);
     Lanes by_step;
-    const Lanes wing = value_of(disc.wing, far_node, far_t, by_step);
+    const Lanes wing = value_of(disc.wing, far_places, far_t, by_step);
     Lanes share = hn::Mul(wing, set(disc.wing_share)), per_wing = wing;
     Lanes per_radius = hn::Zero(tag), per_r = hn::Zero(tag);
     Lanes per_u = hn::Zero(tag), per_v = hn::Zero(tag);
@@ -143,7 +154,7 @@ void add_disc(const DiscProfile& disc, const DiscSums& sums) {
       const Lanes wing_r = hn::Mul(
           by_step, hn::Mul(set(disc.wing_steps * disc.unit_px), hn::Mul(inverse_far, inverse_far)));
       const Lanes wing_radius = hn::NegMulAdd(wing_r, hn::Mul(r, set(1.0F / disc.unit_px)),
-                                              value_of(disc.wing_slope, far_node, far_t));
+                                              value_of(disc.wing_slope, far_places, far_t));
       per_radius = hn::Mul(wing_radius, set(disc.wing_share));
       per_r = hn::Mul(wing_r, set(disc.wing_share));
     }
@@ -156,16 +167,17 @@ void add_disc(const DiscProfile& disc, const DiscSums& sums) {
       // cos(4 angle) = 1 - 8 cos^2 sin^2.
       const Lanes c2 = hn::Mul(cosine, cosine), s2 = hn::Mul(sine, sine);
       const Lanes four = hn::NegMulAdd(hn::Mul(set(8.0F), c2), s2, set(1.0F));
+      const Places places(node);
       Lanes round_by_step, square_by_step;
-      const Lanes square = value_of(disc.square, node, t, square_by_step);
-      const Lanes round = value_of(disc.round, node, t, round_by_step);
+      const Lanes square = value_of(disc.square, places, t, square_by_step);
+      const Lanes round = value_of(disc.round, places, t, round_by_step);
       const Lanes core = hn::MulAdd(square, four, round);
       share = hn::MulAdd(weight, core, share);
       if constexpr (kSlopes) {
         per_wing = hn::Sub(per_wing, hn::IfThenElseZero(inside, core));
         per_radius = hn::MulAdd(weight,
-                                hn::MulAdd(value_of(disc.square_slope, node, t), four,
-                                           value_of(disc.round_slope, node, t)),
+                                hn::MulAdd(value_of(disc.square_slope, places, t), four,
+                                           value_of(disc.round_slope, places, t)),
                                 per_radius);
         per_r = hn::MulAdd(hn::Mul(weight, set(disc.nodes_per_px)),
                            hn::MulAdd(square_by_step, four, round_by_step), per_r);

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/random.h"
+#include "detect/residual_shape.h"
 
 namespace vildar {
 namespace {
@@ -77,6 +78,40 @@ TEST(PixelSums, FormsAreThoseOfThePlainTriangle) {
     }
     EXPECT_NEAR(forms[k], plain, kRows * kSingle);
   }
+}
+
+TEST(PixelSums, PlacesAreThoseOfTheLampFurthestInWhoseRingsAPixelLies) {
+  Random random(43);
+  const std::vector<float> u_px = numbers(random, -20.0, 20.0);
+  const std::vector<float> v_px = numbers(random, -20.0, 20.0);
+  std::vector<float> keep(kPixels, 0.04F);
+  keep[5] = keep[kPixels - 1] = 0.0F;
+  const std::vector<LampRings> lamps{{-8.2F, 1.1F, 3.0F, 0.4F}, {9.3F, -2.4F, 0.0F, 0.3F}};
+  std::vector<std::int32_t> places(kPixels);
+  set_places(u_px, v_px, keep, lamps, places);
+  int compared = 0;
+  for (std::size_t k = 0; k < kPixels; ++k) {
+    if (keep[k] == 0.0F) {
+      EXPECT_EQ(places[k], 2 * ResidualShape::kRings * ResidualShape::kQuarters);
+      continue;
+    }
+    int nearest = 0;
+    float rings[2] = {};
+    for (int i = 0; i < 2; ++i) {
+      const LampRings& lamp = lamps[static_cast<std::size_t>(i)];
+      const float away_px = std::hypot(u_px[k] - lamp.u_px, v_px[k] - lamp.v_px);
+      rings[i] = std::max(away_px - lamp.inner_px, 0.0F) * lamp.per_px;
+      if (rings[i] <= rings[nearest]) nearest = i;
+    }
+    // Rounding may part what lies between two rings.
+    if (std::abs(rings[nearest] - std::round(rings[nearest])) < kSingle && rings[nearest] > 0.0F)
+      continue;
+    ++compared;
+    const LampRings& lamp = lamps[static_cast<std::size_t>(nearest)];
+    EXPECT_EQ(places[k], ResidualShape::place_of(
+                             nearest, {u_px[k] - lamp.u_px, v_px[k] - lamp.v_px}, rings[nearest]));
+  }
+  EXPECT_GT(compared, static_cast<int>(kPixels) / 2);
 }
 
 TEST(PixelSums, WeightsAreThoseOfTheModelsLight) {

@@ -9,6 +9,11 @@
 namespace vildar {
 namespace {
 
+int place(const Eigen::Vector2d& at, double share_of_reach) {
+  return ResidualShape::place_of(0, at.cast<float>(),
+                                 static_cast<float>(share_of_reach * ResidualShape::kRings));
+}
+
 /// Verdict on a disc of pixels of unit noise with a mean that depends on the place.
 template <class Mean>
 ResidualShape::Verdict verdict_on(std::uint64_t seed, double noise_share, const Mean& mean) {
@@ -21,8 +26,7 @@ ResidualShape::Verdict verdict_on(std::uint64_t seed, double noise_share, const 
       const double ring = at.norm() / kReach_px;
       if (ring >= 1.0) continue;
       const double residual = random.normal(0.0, 1.0) + mean(at, ring);
-      shape.add(0, at.cast<float>(), static_cast<float>(ring), static_cast<float>(residual),
-                static_cast<float>(noise_share));
+      shape.add(place(at, ring), static_cast<float>(residual), static_cast<float>(noise_share));
     }
   return shape.verdict(4.0, 1.0);
 }
@@ -40,6 +44,22 @@ TEST(ResidualShape, NoiseHasNone) {
   // Nothing was fitted, so that 24 places count as 19 degrees of freedom.
   EXPECT_LT(shaped, 0.15 * kTrials);
   EXPECT_LT(round, 0.3 * kTrials);
+}
+
+TEST(ResidualShape, WhatDoesNotCountChangesNothing) {
+  Random random(7);
+  ResidualShape shape(1), same(1);
+  for (int i = 0; i < 500; ++i) {
+    const int at = static_cast<int>(
+        random.uniform(0.0, ResidualShape::kRings * ResidualShape::kQuarters - 1e-9));
+    const auto residual = static_cast<float>(random.normal(0.0, 1.0));
+    shape.add(at, residual, 1.0F);
+    same.add(at, residual, 1.0F);
+    same.add(ResidualShape::kRings * ResidualShape::kQuarters, 100.0F, 1.0F);
+  }
+  constexpr double kSingle = 1e-5;
+  EXPECT_NEAR(same.verdict(4.0, 1.0).chi2_per_dof, shape.verdict(4.0, 1.0).chi2_per_dof, kSingle);
+  EXPECT_NEAR(same.verdict(4.0, 1.0).shape, shape.verdict(4.0, 1.0).shape, 100.0 * kSingle);
 }
 
 TEST(ResidualShape, TellsWhatIsRoundFromWhatLiesToOneSide) {
@@ -79,8 +99,7 @@ TEST(ResidualShape, PixelsThatErrByPatchesHaveNone) {
           const double ring = at.norm() / kReach_px;
           if (!(ring < 1.0)) continue;
           for (ResidualShape* shape : {&alone, &patches})
-            shape->add(0, at.cast<float>(), static_cast<float>(ring), static_cast<float>(error),
-                       1.0F);
+            shape->add(place(at, ring), static_cast<float>(error), 1.0F);
         }
       }
     taken_alone += alone.verdict(4.0, 1.0).shaped;
