@@ -181,6 +181,21 @@ Outcome<Candidate> best_curve(const DelayProblem& problem, const DelayRows& rows
   return best;
 }
 
+// Whether both photodiodes saw for the most part one stretch of the road: else one curve is any two
+// pulses.
+bool share_a_stretch(const DelayProblem& problem, const DelayRows& rows, const DelayModel& model,
+                     const Eigen::VectorXd& value) {
+  constexpr int kTimes = 33;
+  constexpr double kMostApart = 0.5;
+  double mean_mps = 0.0;
+  for (int i = 0; i < kTimes; ++i)
+    mean_mps +=
+        model.motion_at(value, rows.first_s + (rows.last_s - rows.first_s) * (i + 0.5) / kTimes)
+            .speed_mps /
+        kTimes;
+  return problem.baseline_m.mean < kMostApart * mean_mps * (rows.last_s - rows.first_s);
+}
+
 // Most by which the speed leaves the straight line nearest to it.
 double bend_mps(const DelayRows& rows, const DelayModel& model, const Eigen::VectorXd& value) {
   constexpr int kTimes = 33;
@@ -313,6 +328,7 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   const DelayModel model(problem, rows, curve, steps_s);
   const auto motion = find_delay_motion(problem, model, rows, steps_s, constant);
   if (!motion) return Miss::not_converged;
+  if (!share_a_stretch(problem, rows, model, motion->value)) return Miss::bad_fit;
   const Eigen::VectorXd residuals = model.residuals(motion->value);
   const auto n = static_cast<double>(rows.rows.size());
   const auto unknowns = static_cast<double>(model.free(true).size());
@@ -323,6 +339,9 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   fit.pieces = pieces;
   const double steady_chi2 = DelayModel(problem, rows, curve).residuals(constant).squaredNorm();
   fit.wander_chi2 = (steady_chi2 - residuals.squaredNorm()) / motion->noise_factor;
+  fit.mean_acceleration_mps2 = (model.motion_at(motion->value, steps_s.back()).speed_mps -
+                                model.motion_at(motion->value, steps_s.front()).speed_mps) /
+                               (steps_s.back() - steps_s.front());
   fit.bend_mps = bend_mps(rows, model, motion->value);
   put_hardest(rows, model, *motion, fit);
   fit.log_ratio = motion->value[kLogFarGain];

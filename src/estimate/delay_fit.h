@@ -38,6 +38,9 @@ struct DelayProblem {
 /// than its noise says. This doubt of it turns the motion about DelayFit::surest_s.
 constexpr double kDelayAccelerationDoubt_mps2 = 0.3;
 
+/// No vehicle brakes or speeds up harder.
+inline constexpr double kHardestBraking_mps2 = 9.8, kHardestSpeedingUp_mps2 = 5.0;
+
 struct DelayFit {
   SpeedEstimate speed;    ///< where of the times asked for it is known best; positive: oncoming
   double surest_s = 0.0;  ///< where of all times of the light noise leaves the speed known best
@@ -52,6 +55,7 @@ struct DelayFit {
   int pieces = 0;  ///< of the curve fitted to the pulse
   /// By how much chi-square falls once the acceleration may wander, in units of the noise.
   double wander_chi2 = 0.0;
+  double mean_acceleration_mps2 = 0.0;  ///< over the light
   double bend_mps = 0.0;  ///< how far the speed goes from that of a constant acceleration
   /// Two sigmas less than the hardest braking and speeding up at any time; not negative.
   double surely_brakes_mps2 = 0.0, surely_speeds_up_mps2 = 0.0;

@@ -183,8 +183,14 @@ Outcome<DelayProblem> delay_problem(const Site& site, const PowerTrace& one,
 
 namespace {
 
+bool vehicles_drive_so(const DelayFit& fit) {
+  return fit.mean_acceleration_mps2 > -kHardestBraking_mps2 &&
+         fit.mean_acceleration_mps2 < kHardestSpeedingUp_mps2;
+}
+
 // The whole pulses say most. Where the light ends in an edge that no smooth curve follows (a mask,
-// another lamp coming in), their rise alone.
+// another lamp coming in), their rise alone. Where the pulses are poorly alike, what sets them
+// apart may have been taken for motion.
 Outcome<DelayFit> pair_speed(const Site& site, const PowerTrace& one, const PowerTrace& other,
                              double from_s, double to_s, double asked_from_s, double asked_to_s) {
   constexpr double kAlikeChi2 = 1.5, kAlikeFactor = 1.5;
@@ -196,8 +202,10 @@ Outcome<DelayFit> pair_speed(const Site& site, const PowerTrace& one, const Powe
     std::get<DelayProblem>(problem).asked_to_s = asked_to_s;
     auto outcome = fit_delay(std::get<DelayProblem>(problem));
     const auto* fit = std::get_if<DelayFit>(&outcome);
-    if (to_peak && fit) return outcome;
-    if (fit && fit->chi2_per_dof < kAlikeChi2 && fit->sigma_factor < kAlikeFactor) return outcome;
+    if (!to_peak && fit && fit->chi2_per_dof < kAlikeChi2 && fit->sigma_factor < kAlikeFactor)
+      return outcome;
+    if (fit && !vehicles_drive_so(*fit)) outcome = Miss::bad_fit;
+    if (to_peak && std::holds_alternative<DelayFit>(outcome)) return outcome;
     // The rise alone cannot tell a gain from a delay.
     if (const Miss* miss = std::get_if<Miss>(&outcome); miss && *miss == Miss::sensors_contradict)
       return outcome;

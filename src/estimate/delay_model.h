@@ -58,6 +58,9 @@ class DelayModel {
   Eigen::VectorXd start(double delay_s) const;
   /// Levenberg-Marquardt over the free parameters; the delay too where `move_delay`.
   Point minimise(Eigen::VectorXd value, bool move_delay, int most_iterations) const;
+  /// Puts the curve and the ambient levels where the rest asks for them, in which all is linear;
+  /// the cost there.
+  double refit(Eigen::VectorXd& value) const;
   /// Residuals of the rows, whitened.
   Eigen::VectorXd residuals(const Eigen::VectorXd& value) const;
   std::vector<int> free(bool move_delay) const;
@@ -78,9 +81,6 @@ class DelayModel {
     double gain = 1.0, light = 0.0, slope = 0.0;
   };
   Light light_of(const DelayRows::Row& row, const Eigen::VectorXd& value) const;
-  /// Puts the curve and the ambient levels where the rest asks for them, in which all is linear;
-  /// the cost there.
-  double refit(Eigen::VectorXd& value) const;
   void add_priors(Point& point, bool with_derivatives) const;
 
   const DelayProblem& problem_;

@@ -13,42 +13,30 @@ namespace {
 // Normal equations of the unknowns that tell the motion, all others solved for: 0.5 x' information
 // x + gradient' x + const.
 struct Reduced {
-  std::vector<int> kept, others;
-  Eigen::MatrixXd information, response;  // response: of the others, by the kept ones
-  Eigen::VectorXd gradient, offset;       // offset: of the others where the kept ones rest
-  Eigen::VectorXd mismatch;
-
-  // All unknowns where the kept ones go a share of this way.
-  Eigen::VectorXd gone(Eigen::VectorXd value, const Eigen::VectorXd& moved, double share) const {
-    const Eigen::VectorXd along = offset + response * moved;
-    for (std::size_t i = 0; i < kept.size(); ++i)
-      value[kept[i]] += share * moved[static_cast<Eigen::Index>(i)];
-    for (std::size_t i = 0; i < others.size(); ++i)
-      value[others[i]] += share * along[static_cast<Eigen::Index>(i)];
-    return value;
-  }
+  std::vector<int> kept;
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient, mismatch;
 };
 
 std::optional<Reduced> reduce(const DelayModel& model, const DelayModel::Point& point,
                               double noise_factor) {
   Reduced found;
+  std::vector<int> others;
   for (const int parameter : model.free(true)) {
     const bool kept = parameter == kLogDelay || parameter == kAlpha || parameter == kLogFarGain;
-    (kept ? found.kept : found.others).push_back(parameter);
+    (kept ? found.kept : others).push_back(parameter);
   }
   for (int k = model.first_step(); k < point.value.size(); ++k) found.kept.push_back(k);
-  const Eigen::LDLT<Eigen::MatrixXd> solver(point.information(found.others, found.others));
+  const Eigen::LDLT<Eigen::MatrixXd> solver(point.information(others, others));
   if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
-  const Eigen::MatrixXd across = point.information(found.others, found.kept);
-  found.response = -solver.solve(across);
-  found.offset = -solver.solve(point.gradient(found.others));
+  const Eigen::MatrixXd across = point.information(others, found.kept);
+  const Eigen::MatrixXd response = -solver.solve(across);
   found.information =
-      (point.information(found.kept, found.kept) + across.transpose() * found.response) /
-      noise_factor;
+      (point.information(found.kept, found.kept) + across.transpose() * response) / noise_factor;
   found.mismatch =
-      (point.mismatch(found.kept) + found.response.transpose() * point.mismatch(found.others)) /
-      noise_factor;
-  found.gradient = (point.gradient(found.kept) + across.transpose() * found.offset) / noise_factor;
+      (point.mismatch(found.kept) + response.transpose() * point.mismatch(others)) / noise_factor;
+  found.gradient =
+      (point.gradient(found.kept) + response.transpose() * point.gradient(others)) / noise_factor;
   return found;
 }
 
@@ -78,7 +66,7 @@ AccelerationPrior acceleration_prior(const DelayModel& model, const DelayMotion&
 
 // How far it wanders is weighed by the evidence.
 bool let_wander(const DelayModel& model, double between_s, double ratio_std, DelayMotion& found) {
-  constexpr int kMostRounds = 4, kHalvings = 4;
+  constexpr int kMostRounds = 20, kHalvings = 4;
   constexpr double kSlack = 0.5, kEnough = 0.1;  // of half a chi-square
   const Eigen::Index steps = found.value.size() - model.first_step();
   for (int round = 0; round < kMostRounds; ++round) {
@@ -93,19 +81,20 @@ bool let_wander(const DelayModel& model, double between_s, double ratio_std, Del
     found.mismatch = ratio_std * found.covariance * reduced->mismatch;
     found.acceleration_variance = mixed->acceleration_variance;
     // The way is that of a tangent: where it leads astray it is cut short.
-    const auto cost = [&](const Eigen::VectorXd& value) {
-      return model.at(value, false).cost / found.noise_factor +
+    const auto cost = [&](Eigen::VectorXd& value) {
+      return model.refit(value) / found.noise_factor +
              0.5 * mixed->precision * value.tail(steps).squaredNorm();
     };
     const double most = cost(found.value) + kSlack;
     double gained = -INFINITY, share = 1.0;
     for (int halving = 0; gained < 0.0 && halving <= kHalvings; ++halving, share *= 0.5) {
-      const Eigen::VectorXd there = reduced->gone(found.value, mixed->moved, share);
+      Eigen::VectorXd there = found.value;
+      there(reduced->kept) += share * mixed->moved;
       if (!there.allFinite() || !model.drives_on(there)) continue;
       const double here = cost(there);
       if (here > most) continue;
       gained = most - here;
-      found.value = there;
+      found.value = std::move(there);
     }
     if (gained < 0.0) found.covariance += mixed->moved * mixed->moved.transpose();
     if (gained < kSlack + kEnough) break;

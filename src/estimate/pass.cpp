@@ -188,11 +188,12 @@ double others_std_mps(double share, double speed_mps) {
 // lanes, whose mixture moves at neither's speed, look like one whose acceleration changes, more
 // than what is left of the light when it is past explains.
 bool of_several(const DelayFit& fit, std::size_t lanes, double others_share) {
-  constexpr double kHardest_mps2 = 9.8, kHardestUp_mps2 = 5.0;
   constexpr double kWorstFactor = 5.0, kClearChi2 = 30.0, kMostOthers = 0.2;
   const double explained_mps = others_std_mps(others_share, fit.speed.speed_mps);
-  return fit.sigma_factor > kWorstFactor || !(std::abs(fit.acceleration_mps2) < kHardest_mps2) ||
-         fit.surely_brakes_mps2 > kHardest_mps2 || fit.surely_speeds_up_mps2 > kHardestUp_mps2 ||
+  return fit.sigma_factor > kWorstFactor ||
+         !(std::abs(fit.acceleration_mps2) < kHardestBraking_mps2) ||
+         fit.surely_brakes_mps2 > kHardestBraking_mps2 ||
+         fit.surely_speeds_up_mps2 > kHardestSpeedingUp_mps2 ||
          (lanes > 1 && fit.wander_chi2 > kClearChi2 &&
           (fit.bend_mps > explained_mps || others_share > kMostOthers));
 }

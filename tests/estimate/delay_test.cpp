@@ -21,9 +21,9 @@ struct Pair {
 };
 
 Pair pair_of(const simulated::Vehicle& vehicle, const Site& site, Receiving receiving = {},
-             double far_gain = 1.0, double far_angular_gain = 0.0) {
+             double far_gain = 1.0, double far_angular_gain = 0.0,
+             const simulated::Beam& beam = {}) {
   Random random(7);
-  const simulated::Beam beam;
   Pair pair;
   pair.near = simulated::beam_trace(vehicle, site, beam, 0, receiving, random);
   receiving.gain = far_gain;
@@ -146,6 +146,23 @@ TEST(Delay, ABrakingThatBeginsInViewDoesNotBendTheSpeed) {
     EXPECT_LT(std::abs(error_mps), 3.0 * fit.speed.std_mps) << change_mps2;
     EXPECT_LT(fit.speed.std_mps, 0.005 * fit.speed.speed_mps);
     EXPECT_LT(std::abs(fit.acceleration_mps2 - change_mps2), 4.0 * fit.acceleration_std_mps2);
+  }
+}
+
+// Far from any constant acceleration, which the fit starts from.
+TEST(Delay, HardBrakingAndDrivingOnAreFollowed) {
+  const Site site = simulated::two_photodiodes(2.0);
+  for (const double braking_mps2 : {-3.5, -4.0, -4.5}) {
+    const simulated::Vehicle vehicle{.speed_mps = 14.5,
+                                     .acceleration_mps2 = braking_mps2,
+                                     .changes = {{1.0, 1.5}, {3.0, 2.0}, {4.0, 1.5}}};
+    const auto outcome = pair_of(vehicle, site).speed(site);
+    ASSERT_TRUE(std::holds_alternative<DelayFit>(outcome));
+    const auto& fit = std::get<DelayFit>(outcome);
+    const double truth_mps = vehicle.speed_at_mps(fit.speed.time_s);
+    EXPECT_NEAR(fit.speed.speed_mps / truth_mps, 1.0, 0.02) << braking_mps2;
+    EXPECT_LT(std::abs(fit.speed.speed_mps - truth_mps), 4.0 * fit.speed.std_mps) << braking_mps2;
+    EXPECT_LT(fit.chi2_per_dof, 1.2) << braking_mps2;
   }
 }
 
@@ -313,6 +330,21 @@ TEST(Delay, AMismatchThatGrowsWithTheAngleIsInTheSigma) {
   const Pair pair = pair_of(vehicle, site, {.snr_db = 60.0});
   EXPECT_LT(2.0 * std::get<DelayFit>(pair.speed(alike)).speed.std_mps,
             std::get<DelayFit>(pair.speed(site)).speed.std_mps);
+}
+
+TEST(Delay, AMismatchFarBeyondWhatTheSiteSaysGivesNoWildSpeed) {
+  constexpr double kSaid = 0.02, kUnlike = 0.1;
+  const Site site = simulated::two_photodiodes(2.0, kSaid);
+  const simulated::Vehicle vehicle{.speed_mps = 21.0};
+  for (const double tilt : {4.0, 6.0, 9.0}) {
+    const Pair pair =
+        pair_of(vehicle, site, {}, 1.0, kUnlike, simulated::Beam{.width = 9.0, .tilt = tilt});
+    const auto outcome = pair.speed(site);
+    const auto* fit = std::get_if<DelayFit>(&outcome);
+    if (!fit) continue;
+    const double truth_mps = vehicle.speed_at_mps(fit->speed.time_s);
+    EXPECT_NEAR(fit->speed.speed_mps / truth_mps, 1.0, kUnlike) << "tilt " << tilt;
+  }
 }
 
 TEST(Delay, WhatItCannotDoIsNamed) {
