@@ -18,33 +18,6 @@ constexpr double kWideLeastPeak = 0.25;
 /// Unclipped lights longer than this are paint, kerbs and edges.
 constexpr double kMostElongation = 3.0;
 
-struct ColourSums {
-  std::int64_t n = 0, cr_codes = 0, cb_codes = 0;
-};
-
-/// Of pixels of a row with codes from `level_code` on and below `clip_code`.
-template <class Luma, class Chroma>
-void add_row(const Frame& frame, const PixelRun& row, int level_code, int clip_code,
-             ColourSums& sums) {
-  const ChromaView& chroma = frame.chroma;
-  const std::ptrdiff_t at_byte = (row.v >> chroma.shift_v) * chroma.stride_bytes;
-  const auto* const luma = reinterpret_cast<const Luma*>(frame.luma.row(row.v));
-  const auto* const cr = reinterpret_cast<const Chroma*>(chroma.cr + at_byte);
-  const auto* const cb = reinterpret_cast<const Chroma*>(chroma.cb + at_byte);
-  const auto range = static_cast<unsigned>(std::max(clip_code - level_code, 0));
-  std::int64_t n = 0, cr_codes = 0, cb_codes = 0;
-  for (int u = row.u_begin; u < row.u_end; ++u) {
-    if (static_cast<unsigned>(luma[u] - level_code) >= range) continue;
-    const int at = (u >> chroma.shift_u) * chroma.step_bytes;
-    cr_codes += cr[at];
-    cb_codes += cb[at];
-    ++n;
-  }
-  sums.n += n;
-  sums.cr_codes += cr_codes;
-  sums.cb_codes += cb_codes;
-}
-
 }  // namespace
 
 RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, int clip_code) {
@@ -53,19 +26,17 @@ RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, in
   const LumaView& luma = frame.luma;
   const int u_from = std::max(box.u_min - 2, 0), u_to = std::min(box.u_max + 2, luma.width_px - 1);
   const int v_from = std::max(box.v_min - 2, 0), v_to = std::min(box.v_max + 2, luma.height_px - 1);
-  using Byte = std::uint8_t;
-  using Word = std::uint16_t;
-  const bool bytes = chroma.bit_depth <= 8;
-  const auto add = luma.bytes_per_sample() == 1
-                       ? (bytes ? add_row<Byte, Byte> : add_row<Byte, Word>)
-                       : (bytes ? add_row<Word, Byte> : add_row<Word, Word>);
-  ColourSums sums;
+  std::int64_t n = 0, cr_codes = 0, cb_codes = 0;
   for (int v = v_from; v <= v_to; ++v) {
     const PixelRun row{v, u_from, u_to + 1};
     if (brightest_of(luma, row) < level_code) continue;
-    add(frame, row, level_code, clip_code, sums);
+    for_each_code(luma, row, [&](int u, int code) {
+      if (code < level_code || code >= clip_code) return;
+      cr_codes += chroma.cr_code(u, v);
+      cb_codes += chroma.cb_code(u, v);
+      ++n;
+    });
   }
-  const auto& [n, cr_codes, cb_codes] = sums;
   if (n == 0) return {};
   const double scale = 1 << chroma.bit_depth;
   const auto mean_fraction = [&](std::int64_t codes) {
