@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "types/result.h"
 
 namespace vildar {
@@ -9,6 +12,26 @@ inline bool useful(const SpeedEstimate& speed) {
   constexpr double kShare = 0.25;
   constexpr double kAbsolute_mps = 3.0;
   return speed.std_mps <= kShare * speed.speed_mps || speed.std_mps <= kAbsolute_mps;
+}
+
+/// A speed fitted to a part of a track, with the sigma of what the parts do not share.
+struct PartSpeed {
+  double speed_mps;
+  double sigma_mps;
+};
+
+/// Whether two parts cannot tell of one vehicle: their speeds lie 3.5 sigmas of their difference
+/// apart. `nested`: one part holds the other, whose data then count in both, so that the variances
+/// of two least-squares fits subtract (Hausman 1978, Econometrica 46, 1251-1271, corollary 2.6); no
+/// sigma is known so well that less than half the greater variance is left.
+inline bool exclude_each_other(const PartSpeed& one, const PartSpeed& other, bool nested) {
+  constexpr double kFar = 3.5;
+  const double one_var = one.sigma_mps * one.sigma_mps;
+  const double other_var = other.sigma_mps * other.sigma_mps;
+  const double most = std::max(one_var, other_var);
+  const double difference_var =
+      nested ? std::max(std::abs(one_var - other_var), 0.5 * most) : one_var + other_var;
+  return std::abs(one.speed_mps - other.speed_mps) > kFar * std::sqrt(difference_var);
 }
 
 }  // namespace vildar

@@ -8,6 +8,7 @@
 #include "estimate/bearing_fit.h"
 #include "estimate/hypotheses.h"
 #include "estimate/speed_budget.h"
+#include "estimate/speed_gate.h"
 
 namespace vildar {
 namespace {
@@ -97,18 +98,19 @@ BearingFit* best_of(std::vector<SteadyPart>& parts) {
   return best ? &best->fit : nullptr;
 }
 
-// Whether two parts cannot be the same vehicle's: their speeds differ by more than their shapes
-// leave open at the time between them. The scale is that of the same lengths in both.
+bool holds(const Trajectory& longer, const Trajectory& part) {
+  return longer.from_s <= part.from_s && part.to_s <= longer.to_s;
+}
+
+// By the shapes at the time between the two: the scale is that of the same lengths in both.
 bool exclude_each_other(const Trajectory& one, const Trajectory& other) {
-  constexpr double kFar = 3.5;  // sigmas
   if (one.problem.pairs != other.problem.pairs) return false;
   const double time_s = 0.5 * (std::max(one.from_s, other.from_s) + std::min(one.to_s, other.to_s));
-  const auto speed_mps = [&](const Trajectory& of) { return of.at(time_s).over_ground_mps; };
-  const auto shape_mps = [&](const Trajectory& of) {
-    return speed_budget(of, time_s).shape * speed_mps(of);
+  const auto told_by = [&](const Trajectory& of) {
+    const double speed_mps = of.at(time_s).over_ground_mps;
+    return PartSpeed{speed_mps, speed_budget(of, time_s).shape * std::abs(speed_mps)};
   };
-  return std::abs(speed_mps(one) - speed_mps(other)) >
-         kFar * std::hypot(shape_mps(one), shape_mps(other));
+  return exclude_each_other(told_by(one), told_by(other), holds(one, other) || holds(other, one));
 }
 
 }  // namespace
