@@ -57,7 +57,7 @@ PowerBlock mean_of(const PowerTrace& trace, Run run) {
   block.time_s = start_s + sum_s / n;
   block.duration_s = n * trace.sample_period_s;
   block.power_w = sum_w / n;
-  block.sigma_w = trace.noise_sigma_w / std::sqrt(n);
+  block.sigma_w = std::hypot(trace.noise_sigma_w / std::sqrt(n), trace.rounding_sigma_w);
   block.samples = static_cast<int>(run.size());
   return block;
 }

@@ -100,6 +100,33 @@ void add_runs(const std::vector<float>& values, std::size_t least, AtEnd is_at_e
   }
 }
 
+/// Whether the samples beyond the ends of `runs` go to and fro by noise, as they do where a
+/// converter's end cuts a trace; the light next to what is dark in a trace without noise rises or
+/// falls.
+bool noisy_beyond(const std::vector<float>& values, const std::vector<Span>& runs) {
+  constexpr std::size_t kBeyond = 12;
+  constexpr int kTurns = 2;  // light that peaks there turns once
+  constexpr std::size_t kOneIn = 4;
+  std::size_t ends = 0, noisy = 0;
+  const auto look = [&](std::size_t first) {
+    int turns = 0;
+    bool rises = false, falls = false;
+    for (std::size_t i = first; i + 1 < first + kBeyond; ++i) {
+      const bool up = values[i + 1] > values[i], down = values[i + 1] < values[i];
+      turns += (up && falls) || (down && rises) ? 1 : 0;
+      rises = up || (rises && !down);
+      falls = down || (falls && !up);
+    }
+    ++ends;
+    noisy += turns >= kTurns ? 1 : 0;
+  };
+  for (const Span& run : runs) {
+    if (run.first >= kBeyond) look(run.first - kBeyond);
+    if (run.last + kBeyond <= values.size()) look(run.last);
+  }
+  return ends <= kOneIn * noisy;
+}
+
 /// Runs of clipped samples, in order.
 std::vector<Span> clipped(const std::vector<float>& values, const Rails& rails) {
   std::vector<Span> runs;
@@ -118,13 +145,14 @@ std::vector<Span> clipped(const std::vector<float>& values, const Rails& rails) 
   const std::size_t least = std::max(kFlatRun, 1 + static_cast<std::size_t>(std::ceil(chance)));
   // A converter coarser than the noise shows the dark as one flat line.
   constexpr double kFine = 0.5;
-  const bool low_too = equals < kFine && low > rails.low;
   add_runs(
-      values, least,
-      [top = high, bottom = low, low_too](float value) {
-        return value == top || (low_too && value == bottom);
-      },
-      runs);
+      values, least, [high](float value) { return value == high; }, runs);
+  if (equals < kFine && low > rails.low) {
+    std::vector<Span> lowest;
+    add_runs(
+        values, least, [low](float value) { return value == low; }, lowest);
+    if (noisy_beyond(values, lowest)) runs.insert(runs.end(), lowest.begin(), lowest.end());
+  }
   std::sort(runs.begin(), runs.end(),
             [](const Span& one, const Span& other) { return one.first < other.first; });
   return runs;

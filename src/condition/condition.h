@@ -32,7 +32,7 @@ std::vector<PowerTrace> condition(const PhotodiodeRecording& recording, const Si
 /// Means over consecutive blocks of `block_s` from `from_s` up to `to_s`, photodiode clock. A block
 /// that a gap (more than 2.5 sample periods) cuts keeps its longest unbroken part and is dropped
 /// where that is under half of it; times are those of the middle of what was used, sigmas those of
-/// white noise. Throws std::invalid_argument unless block_s > 0 and from_s <= to_s, both finite.
+/// white noise and of rounding. Throws std::invalid_argument unless block_s > 0 and from_s <= to_s, both finite.
 std::vector<PowerBlock> block_means(const PowerTrace& trace, double from_s, double to_s,
                                     double block_s);
 

@@ -114,6 +114,20 @@ struct Line {
   double off_hz = 0.0;  ///< median over the stretches that show it
 };
 
+/// Whether a peak is the bend of slow light: that has one phase in all blocks, as a line of whole
+/// periods in a block has, but shows at the frequencies of a period more and a period less as well.
+bool is_bend(const LineBlocks& lines, double frequency_hz, const Peak& peak, std::size_t first,
+             std::size_t last) {
+  constexpr double kOver = 4.0;
+  double least = peak.power;
+  for (const double side : {-1.0, 1.0})
+    if (const double beside_hz = frequency_hz + side / kLineBlock_s; lines.visible(beside_hz))
+      least = std::min(least, Stretch(lines, beside_hz, {}, first, last).power(peak.off_hz));
+    else
+      least = 0.0;
+  return kOver * least > peak.power;
+}
+
 Line look_for(const LineBlocks& lines, double frequency_hz, std::span<const double> others_hz,
               double reach_hz) {
   constexpr double kClear = 30.0;  // noise alone: one in ten million
@@ -125,7 +139,7 @@ Line look_for(const LineBlocks& lines, double frequency_hz, std::span<const doub
     const Stretch stretch(lines, frequency_hz, others_hz, first, last);
     if (stretch.blocks() < kFewest) continue;
     const Peak peak = find_peak(stretch, reach_hz);
-    if (peak.over_floor < kClear) continue;
+    if (peak.over_floor < kClear || is_bend(lines, frequency_hz, peak, first, last)) continue;
     line.power = std::max(line.power, peak.power);
     offs_hz.push_back(peak.off_hz);
   }
@@ -225,12 +239,13 @@ void remove_flicker(PowerTrace& trace, double mains_hz) {
   std::vector<std::vector<Complex>> amplitudes;
   for (const double frequency_hz : found_hz)
     amplitudes.push_back(followed(lines, frequency_hz, without(found_hz, frequency_hz)));
-  double square_w2 = 0.0;
-  for (std::size_t i = 0; i < found_hz.size(); ++i) {
-    square_w2 += std::pow(median_magnitude(amplitudes[i]), 2);
-    lines.subtract(found_hz[i], amplitudes[i], trace);
-  }
   if (found_hz.empty()) return;
+  double square_w2 = 0.0;
+  for (const std::vector<Complex>& of_line : amplitudes)
+    square_w2 += std::pow(median_magnitude(of_line), 2);
+  if (trace.rounding_sigma_w > 0.0 && square_w2 < std::pow(trace.noise_sigma_w, 2)) return;
+  for (std::size_t i = 0; i < found_hz.size(); ++i)
+    lines.subtract(found_hz[i], amplitudes[i], trace);
   trace.mains_hz = mains.frequency_hz;
   trace.flicker_w = std::sqrt(square_w2);
 }

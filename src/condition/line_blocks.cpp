@@ -12,7 +12,6 @@
 namespace vildar {
 namespace {
 
-constexpr double kBlock_s = 0.1;
 constexpr double kApart_hz = 15.0;
 
 using Complex = std::complex<double>;
@@ -35,7 +34,7 @@ Kernel kernel_of(const Eigen::VectorXd& after_s, double frequency_hz,
   add(frequency_hz);
   for (const double other_hz : others_hz) add(other_hz);
   model.col(column++).setOnes();
-  model.col(column++) = after_s / kBlock_s;
+  model.col(column++) = after_s / kLineBlock_s;
   const Eigen::MatrixXd normal = model.transpose() * model;
   const Eigen::MatrixXd rows = model * normal.ldlt().solve(Eigen::MatrixXd::Identity(column, 2));
   Kernel kernel{std::vector<double>(static_cast<std::size_t>(n)), {}};
@@ -66,12 +65,12 @@ double sampled_as_hz(double frequency_hz, double rate_hz) {
 
 LineBlocks::LineBlocks(const PowerTrace& trace) : trace_(trace) {
   const std::vector<double>& time_s = trace.time_s;
-  const double expected = kBlock_s / trace.sample_period_s;
-  const std::ptrdiff_t usual = usual_samples(trace, kBlock_s);
+  const double expected = kLineBlock_s / trace.sample_period_s;
+  const std::ptrdiff_t usual = usual_samples(trace, kLineBlock_s);
   double step_sum_s = 0.0, steps = 0.0;
   for (std::size_t i = 0; i < time_s.size();) {
-    const double index = std::floor((time_s[i] - time_s.front()) / kBlock_s + 1e-6);
-    const double end_s = time_s.front() + (index + 1.0 - 1e-6) * kBlock_s;
+    const double index = std::floor((time_s[i] - time_s.front()) / kLineBlock_s + 1e-6);
+    const double end_s = time_s.front() + (index + 1.0 - 1e-6) * kLineBlock_s;
     // Rounding of large times may put a block's first sample at its very end.
     const auto from = time_s.begin() + static_cast<std::ptrdiff_t>(i);
     const auto end = first_not_before(from + 1, time_s.end(), end_s, usual);
@@ -145,7 +144,7 @@ void LineBlocks::subtract(double frequency_hz, const std::vector<Complex>& ampli
   std::map<std::size_t, Eigen::ArrayX3f> even;  // time over a block, cosine, sine
   const auto waves_of = [&](const Eigen::VectorXd& after_s) {
     Eigen::ArrayX3f waves(after_s.size(), 3);
-    waves.col(0) = (after_s / kBlock_s).cast<float>();
+    waves.col(0) = (after_s / kLineBlock_s).cast<float>();
     waves.col(1) = (omega * after_s).array().cos().cast<float>();
     waves.col(2) = (omega * after_s).array().sin().cast<float>();
     return waves;
@@ -169,8 +168,8 @@ void LineBlocks::subtract(double frequency_hz, const std::vector<Complex>& ampli
     const std::size_t before = j > 0 ? j - 1 : j, after = j + 1 < blocks_.size() ? j + 1 : j;
     const double apart_s = blocks_[after].time_s - blocks_[before].time_s;
     Complex slope = 0.0;
-    if (apart_s > 0.0 && apart_s < 3.0 * kBlock_s)
-      slope = (seen_from_here(after) - seen_from_here(before)) * (kBlock_s / apart_s);
+    if (apart_s > 0.0 && apart_s < 3.0 * kLineBlock_s)
+      slope = (seen_from_here(after) - seen_from_here(before)) * (kLineBlock_s / apart_s);
     const auto re = static_cast<float>(amplitudes[j].real());
     const auto im = static_cast<float>(amplitudes[j].imag());
     const auto re_slope = static_cast<float>(slope.real());

@@ -8,6 +8,8 @@
 
 namespace vildar {
 
+inline constexpr double kLineBlock_s = 0.1;
+
 /// Samples [first, last) of a trace that share a tenth of a second: about whole periods of 50 and
 /// 60 Hz and of all their multiples.
 struct LineBlock {

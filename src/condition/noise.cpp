@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <optional>
 
 #include "condition/condition.h"
+#include "core/quantity.h"
 
 namespace vildar {
 namespace {
@@ -18,9 +21,13 @@ void for_a_selection(std::size_t samples, Use use) {
     if (const std::size_t i = k * stride + k * kPrime % stride; i > 0 && i < samples) use(i);
 }
 
-/// Of one sample. Differences of neighbours are blind to slow light; their median is blind to
-/// edges.
-double white_sigma_w(const PowerTrace& trace) {
+struct Noise {
+  double sigma_w = 0.0;           ///< of one sample
+  double rounding_sigma_w = 0.0;  ///< left in a mean of many
+};
+
+/// Differences of neighbours are blind to slow light; their median is blind to edges.
+Noise noise_of(const PowerTrace& trace) {
   constexpr double kSigmaFromMedian = 0.6744897501960817;  // median of |x|, x standard normal
   std::vector<double> steps_w;
   double smallest_step_w = 0.0;
@@ -31,10 +38,19 @@ double white_sigma_w(const PowerTrace& trace) {
     if (step_w > 0.0 && (smallest_step_w == 0.0 || step_w < smallest_step_w))
       smallest_step_w = step_w;
   });
-  if (steps_w.empty()) return 0.0;
-  const double sigma_w = median_of(steps_w) / (kSigmaFromMedian * std::sqrt(2.0));
+  if (steps_w.empty()) return {};
+  if (const double sigma_w = median_of(steps_w) / (kSigmaFromMedian * std::sqrt(2.0));
+      sigma_w > 0.0)
+    return {sigma_w};
   // Neighbours mostly equal: the converter's step hides the noise, which then is that of rounding.
-  return sigma_w > 0.0 ? sigma_w : smallest_step_w / std::sqrt(12.0);
+  // Noise of s steps makes 1 - 2 s / sqrt(pi) of them equal, and leaves exp(-2 pi^2 s^2) of the
+  // rounding in a mean (Widrow and Kollar, Quantization Noise, Cambridge 2008, chapter 4).
+  const double changes = static_cast<double>(std::ranges::count_if(
+                             steps_w, [](double step_w) { return step_w > 0.0; })) /
+                         static_cast<double>(steps_w.size());
+  const double steps = 0.5 * std::sqrt(kPi) * changes;
+  const double rounding_w = smallest_step_w / std::sqrt(12.0);
+  return {rounding_w, rounding_w * std::exp(-2.0 * kPi * kPi * steps * steps)};
 }
 
 /// A level, and how far it may be from the truth.
@@ -42,6 +58,34 @@ struct Level {
   double mean_w = 0.0;
   double sigma_w = 0.0;
 };
+
+/// The lowest level, where light of a vehicle falls to it at once and it holds for a third of a
+/// second: a follower's light would grow meanwhile, by more than the noise of a block where it is
+/// more than some ten times that.
+std::optional<Level> floor_after_a_fall(const std::vector<PowerBlock>& blocks,
+                                        double block_sigma_w) {
+  constexpr double kHeld_s = 0.3, kFall_s = 0.5, kLeastFall = 0.2;
+  constexpr double kLevelSigmas = 4.0;
+  const auto dimmer = [](const PowerBlock& one, const PowerBlock& other) {
+    return one.power_w < other.power_w;
+  };
+  const auto [lowest, brightest] = std::minmax_element(blocks.begin(), blocks.end(), dimmer);
+  const double limit_w = lowest->power_w + kLevelSigmas * block_sigma_w;
+  const auto lit = [&](const PowerBlock& block) { return block.power_w > limit_w; };
+  const auto after = std::find_if(lowest, blocks.end(), lit);
+  const auto before = std::find_if(std::make_reverse_iterator(lowest), blocks.rend(), lit).base();
+  if (before == blocks.begin()) return std::nullopt;
+  const double from_s = before->time_s, to_s = std::prev(after)->time_s;
+  if (to_s - from_s < kHeld_s) return std::nullopt;
+  const double fall_w = lowest->power_w + kLeastFall * (brightest->power_w - lowest->power_w);
+  const bool falls = std::any_of(blocks.begin(), before, [&](const PowerBlock& block) {
+    return block.time_s > from_s - kFall_s && block.power_w > fall_w;
+  });
+  if (!falls) return std::nullopt;
+  std::vector<double> means_w;
+  for (auto block = before; block != after; ++block) means_w.push_back(block->power_w);
+  return Level{median_of(means_w), kLevelSigmas * block_sigma_w};
+}
 
 Level dark_level(const PowerTrace& trace) {
   constexpr double kBlock_s = 0.05;
@@ -67,10 +111,12 @@ Level dark_level(const PowerTrace& trace) {
   const double block_sigma_w = median_of(sigmas_w);
   const double lowest_w = *std::min_element(means_w.begin(), means_w.end());
   // A dark stretch has a floor that noise alone goes below. Where the trace goes on falling there
-  // was light of vehicles throughout, and the ambient may be anything from none to the lowest seen.
+  // was light of vehicles throughout, unless one left that stood before a floor; otherwise the
+  // ambient may be anything from none to the lowest seen.
   constexpr double kFloorSigmas = 6.0;
   if (low_w - lowest_w > kFloorSigmas * block_sigma_w)
-    return {0.5 * lowest_w, std::max(0.5 * std::abs(lowest_w), low_w - lowest_w)};
+    return floor_after_a_fall(blocks, block_sigma_w)
+        .value_or(Level{0.5 * lowest_w, std::max(0.5 * std::abs(lowest_w), low_w - lowest_w)});
   const double limit_w = low_w + 4.0 * block_sigma_w;
   std::erase_if(means_w, [limit_w](double mean_w) { return mean_w > limit_w; });
   return {median_of(means_w), block_sigma_w / std::sqrt(static_cast<double>(means_w.size()))};
@@ -98,7 +144,9 @@ void set_levels(PowerTrace& trace) {
     spacings_s.push_back(trace.time_s[i] - trace.time_s[i - 1]);
   });
   if (!spacings_s.empty()) trace.sample_period_s = median_of(spacings_s);
-  trace.noise_sigma_w = white_sigma_w(trace);
+  const Noise noise = noise_of(trace);
+  trace.noise_sigma_w = noise.sigma_w;
+  trace.rounding_sigma_w = noise.rounding_sigma_w;
   const Level dark = dark_level(trace);
   trace.ambient_w = dark.mean_w;
   trace.ambient_sigma_w = dark.sigma_w;

@@ -89,7 +89,8 @@ void set_sigmas(const PowerTrace& trace, double offset_s, std::vector<PowerBlock
     floor_w2 = std::max(0.25 * floor_w2, (wy - share_w * wx) / w);
   }
   for (std::size_t i = 0; i < blocks.size(); ++i)
-    blocks[i].sigma_w = std::sqrt((floor_w2 + share_w * light_w[i]) / blocks[i].samples);
+    blocks[i].sigma_w = std::hypot(std::sqrt((floor_w2 + share_w * light_w[i]) / blocks[i].samples),
+                                   trace.rounding_sigma_w);
 }
 
 Outcome<DelaySide> side_of(const PowerTrace& trace, const Site& site, double from_s, double to_s,

@@ -6,6 +6,7 @@
 #include "estimate/beam_doubt.h"
 #include "estimate/power_estimators.h"
 #include "estimate/series_blocks.h"
+#include "estimate/speed_gate.h"
 #include "optics/road.h"
 
 namespace vildar {
@@ -170,7 +171,7 @@ Outcome<PowerSpeed> ml_speed(const PowerSeries& series, const PowerCase& known) 
   speed.time_s = 0.5 * (blocks.time_s.front() + blocks.time_s.back());
   speed.speed_mps = std::exp(best.log_speed + mean);
   const double log_std = std::sqrt(square / weights - mean * mean + std::get<double>(beam2));
-  if (!std::isfinite(log_std)) return Miss::too_uncertain;
+  if (!(log_std < kNoSpeedLogStd)) return Miss::too_uncertain;
   speed.std_mps = speed.speed_mps * log_std;
   speed.lo95_mps = speed.speed_mps * std::exp(-kTwoSided95 * log_std);
   speed.hi95_mps = speed.speed_mps * std::exp(kTwoSided95 * log_std);

@@ -8,6 +8,7 @@
 #include "estimate/lane_choice.h"
 #include "estimate/ml_speed.h"
 #include "estimate/photodiode_speed.h"
+#include "estimate/power_blocks.h"
 #include "estimate/speed_gate.h"
 #include "estimate/vehicle.h"
 
@@ -54,6 +55,18 @@ double peak_w(const PowerTrace& trace, const PowerPass& pass) {
     most_w = std::max(
         most_w, static_cast<double>(trace.power_w[static_cast<std::size_t>(i)]) - trace.ambient_w);
   return most_w;
+}
+
+// A vehicle leaves photodiodes up the road earlier than those down the road: `pass`, found in the
+// light of any of them, with the peak that `trace` shows.
+PowerPass with_peak_of(const PowerTrace& trace, PowerPass pass) {
+  constexpr double kBlock_s = 0.02;
+  const std::vector<PowerBlock> blocks =
+      block_means(trace, pass.from_s, pass.to_s, std::max(kBlock_s, trace.sample_period_s), 0.0);
+  const auto peak = std::ranges::max_element(blocks, {}, &PowerBlock::power_w);
+  if (peak != blocks.end() && std::abs(peak->time_s - pass.peak_s) > kBlock_s)
+    pass.peak_s = peak->time_s;
+  return pass;
 }
 
 // The trace of this pass whose photodiode receives most, and so sees it best.
@@ -295,10 +308,11 @@ void warn_of_contradictions(VehicleResult& result) {
 
 }  // namespace
 
-VehicleResult estimate_pass(const PowerPass& pass, int pass_number, const Site& site,
+VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site& site,
                             std::span<const PowerTrace> traces) {
   if (traces.empty()) throw std::invalid_argument("estimate_pass: no photodiode trace given");
-  const PowerTrace& trace = brightest(traces, pass);
+  const PowerTrace& trace = brightest(traces, found);
+  const PowerPass pass = with_peak_of(trace, found);
   const PhotodiodeSite& receiver = site.photodiodes.at(static_cast<std::size_t>(trace.photodiode));
   const Abreast abreast = abreast_of(site.road, receiver.position_m[1].mean);
   const LaneSite* lane = abreast.lane();

@@ -23,7 +23,9 @@ std::vector<PowerBlock> block_means(const PowerTrace& trace, double from_s, doub
     }
     if (samples < fewest) continue;
     blocks.push_back({time_sum_s / samples + offset_s, block_s, power_sum_w / samples,
-                      trace.noise_sigma_w / std::sqrt(static_cast<double>(samples)), samples});
+                      std::hypot(trace.noise_sigma_w / std::sqrt(static_cast<double>(samples)),
+                                 trace.rounding_sigma_w),
+                      samples});
   }
   return blocks;
 }

@@ -6,6 +6,7 @@
 #include "estimate/beam_doubt.h"
 #include "estimate/curved_angle.h"
 #include "estimate/power_slope.h"
+#include "estimate/speed_gate.h"
 #include "optics/road.h"
 
 namespace vildar {
@@ -159,9 +160,9 @@ Outcome<PowerSpeed> power_speed(const PowerSeries& series, const PowerCase& know
       });
   const double std_mps =
       std::sqrt(scatter2 + own_mps * own_mps + prior_variance(series, known) + beam2);
-  if (!std::isfinite(std_mps)) return Miss::too_uncertain;
-  constexpr double kTwoSided95 = 1.959963984540054;
   const double log_std = std_mps / fit.speed_mps;
+  if (!(log_std < kNoSpeedLogStd)) return Miss::too_uncertain;
+  constexpr double kTwoSided95 = 1.959963984540054;
   PowerSpeed found;
   found.speed.time_s = motion.reference_s;
   found.speed.speed_mps = fit.speed_mps;

@@ -14,6 +14,10 @@ inline bool useful(const SpeedEstimate& speed) {
   return speed.std_mps <= kShare * speed.speed_mps || speed.std_mps <= kAbsolute_mps;
 }
 
+/// Of the logarithm of a speed: from here on the 95 % interval spans a factor of 50, and the speed
+/// is none.
+inline constexpr double kNoSpeedLogStd = 1.0;
+
 /// A speed fitted to a part of a track, with the sigma of what the parts do not share.
 struct PartSpeed {
   double speed_mps;

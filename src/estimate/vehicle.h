@@ -33,10 +33,10 @@ struct VehiclePower {
 VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
                                  std::span<const VehiclePower> power);
 
-/// Speed of one pass from photodiodes alone. `pass_number` becomes the track id; times of the
-/// result are in photodiode time plus the mean of the site's offset. Throws std::invalid_argument
-/// where `traces` is empty.
-VehicleResult estimate_pass(const PowerPass& pass, int pass_number, const Site& site,
+/// Speed of one pass from photodiodes alone, `found` in the light of any of them. `pass_number`
+/// becomes the track id; times of the result are in photodiode time plus the mean of the site's
+/// offset. Throws std::invalid_argument where `traces` is empty.
+VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site& site,
                             std::span<const PowerTrace> traces);
 
 }  // namespace vildar

@@ -32,13 +32,15 @@ struct PowerTrace {
   std::vector<double> time_s;  ///< photodiode clock
   std::vector<float>
       power_w;  ///< ambient's mean level not yet removed; negative within noise is noise
-  double sample_period_s = 0.0;  ///< median spacing
-  double noise_sigma_w = 0.0;    ///< of one sample, from successive differences; white part only
-  double ambient_w = 0.0;        ///< level with no vehicle near
-  double ambient_sigma_w = 0.0;  ///< of that level; wide where some vehicle is near throughout
-  double mains_hz = 0.0;         ///< as its flicker shows; 0: it shows none
-  double flicker_w = 0.0;        ///< amplitude of the mains flicker taken out
-  double drift_w = 0.0;          ///< range of the slow changes of ambient light taken out
+  double sample_period_s = 0.0;   ///< median spacing
+  double noise_sigma_w = 0.0;     ///< of one sample, from successive differences; white part only
+  double rounding_sigma_w = 0.0;  ///< of the converter's steps in a mean of many samples, where
+                                  ///< noise is too little to even them out
+  double ambient_w = 0.0;         ///< level with no vehicle near
+  double ambient_sigma_w = 0.0;   ///< of that level; wide where some vehicle is near throughout
+  double mains_hz = 0.0;          ///< as its flicker shows; 0: it shows none
+  double flicker_w = 0.0;         ///< amplitude of the mains flicker taken out
+  double drift_w = 0.0;           ///< range of the slow changes of ambient light taken out
   std::map<std::string, std::int64_t> rejected;  ///< reason -> samples left out
 };
 

@@ -210,6 +210,21 @@ TEST(Condition, AFlatBottomIsClippedButNotTheDarkOfACoarseConverter) {
   EXPECT_EQ(clipped(coarse), 0.0);
 }
 
+TEST(Condition, TheDarkOfATraceWithoutNoiseIsNotClipped) {
+  for (const double ambient_w : {0.0, 3e-7}) {
+    std::vector<float> values;
+    for (int k = 0; k < 3000; ++k)
+      values.push_back(static_cast<float>(
+          ambient_w + (k < 1000 || k >= 2000 ? 0.0 : 1e-7 * std::pow(1e-3 * k, 5.0))));
+    const PowerTrace trace =
+        condition(recording_of(PowerQuantity::power_w, steady_times(values.size()), values),
+                  site_with({"pd0"}))
+            .at(0);
+    EXPECT_TRUE(trace.rejected.empty());
+    EXPECT_NEAR(trace.ambient_w, ambient_w, 1e-13);
+  }
+}
+
 TEST(Condition, SamplesAtEitherEndOfAKnownRangeAreClipped) {
   Site site = site_with({"pd0"});
   PhotodiodeSite& pd = site.photodiodes[0];

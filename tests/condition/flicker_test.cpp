@@ -56,6 +56,24 @@ double error_w(const PowerTrace& trace, double from_s, double to_s) {
   return std::sqrt(square / count);
 }
 
+TEST(RemoveFlicker, LightWithoutNoiseHasNone) {
+  for (const double rate_hz : {1000.0, 20000.0})
+    for (const double step_w : {0.0, 1e-5}) {
+      PowerTrace trace;
+      for (int k = 0; k < 15.0 * rate_hz; ++k) {
+        const double light_w = 0.5 + vehicle_w(k / rate_hz);
+        trace.time_s.push_back(k / rate_hz);
+        trace.power_w.push_back(
+            static_cast<float>(step_w > 0.0 ? std::round(light_w / step_w) * step_w : light_w));
+      }
+      set_levels(trace);
+      const std::vector<float> before_w = trace.power_w;
+      remove_flicker(trace, 50.0);
+      EXPECT_EQ(trace.flicker_w, 0.0) << rate_hz << " Hz, " << step_w << " W";
+      EXPECT_EQ(trace.power_w, before_w);
+    }
+}
+
 TEST(RemoveFlicker, IsTakenOutTenTimesOverTheSignal) {
   // The noise itself, and a thousandth of the flicker: amplitude and phase of 11 blocks of 0.1 s.
   constexpr double kLeft = 1e-3;

@@ -92,6 +92,46 @@ TEST(Noise, AmbientSaysHowSureItIs) {
   EXPECT_LT(std::abs(never_dark.ambient_w - kAmbient_w), 2.0 * never_dark.ambient_sigma_w);
 }
 
+TEST(Noise, TheFloorRightAfterAVehicleIsTheAmbient) {
+  constexpr double kAmbient_w = 0.05, kSigma_w = 1e-4;
+  Random random(6);
+  const auto vehicle_until = [&](double gone_s, double to_s) {
+    return trace_of(1000, to_s, [&](double t) {
+      return kAmbient_w + 50.0 * passing_w(t, gone_s) + random.normal(0.0, kSigma_w);
+    });
+  };
+  const PowerTrace told = vehicle_until(7.5, 8.0);
+  EXPECT_NEAR(told.ambient_w, kAmbient_w, 2.0 * told.ambient_sigma_w);
+  EXPECT_LT(told.ambient_sigma_w, 1e-4) << "half a second in eight is dark";
+  EXPECT_GT(vehicle_until(7.9, 8.0).ambient_sigma_w, 0.01) << "too short to tell it from light";
+  const PowerTrace far_first = trace_of(1000, 3, [&](double t) {
+    return kAmbient_w + 50.0 * passing_w(t, 8.0) + random.normal(0.0, kSigma_w);
+  });
+  EXPECT_GT(far_first.ambient_sigma_w, 0.01) << "the lowest light is that of a far vehicle";
+}
+
+TEST(Noise, RoundingThatNoiseDoesNotEvenOutStaysInMeans) {
+  constexpr int kLevels = 400, kSamples = 2000;
+  Random random(7);
+  for (const double noise_steps : {0.0, 0.1, 0.2, 0.3}) {
+    double square = 0.0, told_sum = 0.0;
+    for (int level = 0; level < kLevels; ++level) {
+      const double true_w = 10.0 + (level + 0.5) / kLevels;
+      double sum_w = 0.0;
+      // A level one step up for a moment shows the step where the first is all of one code.
+      const PowerTrace trace = trace_of(1000, kSamples / 1000.0, [&](double t) {
+        const double code =
+            std::round(true_w + (t < 0.01 ? 1.0 : 0.0) + random.normal(0.0, noise_steps));
+        sum_w += t < 0.01 ? 0.0 : code;
+        return code;
+      });
+      square += std::pow(sum_w / (kSamples - 10) - true_w, 2);
+      told_sum += trace.rounding_sigma_w;
+    }
+    EXPECT_NEAR(told_sum / kLevels, std::sqrt(square / kLevels), 0.05) << noise_steps;
+  }
+}
+
 TEST(Noise, AFewSamplesAreNoFault) {
   for (const double duration_s : {0.0, 0.001, 0.002, 0.003}) {
     const PowerTrace trace = trace_of(1000, duration_s, [](double) { return 0.5; });

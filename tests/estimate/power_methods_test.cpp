@@ -202,6 +202,23 @@ TEST(Pass, AnyOfSeveralLanesLiesInItsInterval) {
   }
 }
 
+TEST(Pass, IsFollowedToThePeakOfTheLightThatIsUsed) {
+  const Site site = diode_site();
+  Random random(1);
+  PowerTrace trace = trace_of(kTypical, site, matching_diode(), random);
+  // Found by another photodiode, which the vehicle reaches 0.1 s later.
+  constexpr double kGone_s = 2.35;
+  for (std::size_t i = 0; i < trace.time_s.size(); ++i)
+    if (trace.time_s[i] > kGone_s) trace.power_w[i] = static_cast<float>(trace.ambient_w);
+  const VehicleResult result = estimate_pass({-0.5, 2.5, 2.45}, 1, site, {&trace, 1});
+  ASSERT_GE(result.methods.size(), 2U);
+  for (const MethodResult& row : result.methods) {
+    const auto* speed = std::get_if<SpeedEstimate>(&row.speed);
+    ASSERT_NE(speed, nullptr) << name_of(row.method) << " " << name_of(std::get<Miss>(row.speed));
+    EXPECT_NEAR(speed->speed_mps, kTypical.speed_mps, 2.0 * speed->std_mps) << name_of(row.method);
+  }
+}
+
 TEST(Pass, WithoutAGainOtherVehiclesAreNotToBlame) {
   Site site = diode_site();
   site.channel->gain_db.reset();
