@@ -123,11 +123,11 @@ void Lamp::carry(const Eigen::Vector2d& moved_px, const Eigen::Vector2d& speed_c
   velocity_pxps_ += speed_change_pxps;
 }
 
-void Lamp::start_anew(CameraTime time) {
+void Lamp::start_anew(CameraTime time, int paired) {
   records.clear();
+  paired_sightings += std::min(paired, sightings_);
   head_votes_ = tail_votes_ = sightings_ = 0;
   red = lamp_like = RunningShare{};
-  was_paired = true;
   first_time_ = last_time_ = time;
   least_px_ = most_px_ = at_px_ - drift_px_;
   vehicle = nullptr;

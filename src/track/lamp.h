@@ -85,8 +85,9 @@ class Lamp {
   /// Follows the partner through a frame in which this lamp was not seen.
   void carry(const Eigen::Vector2d& moved_px, const Eigen::Vector2d& speed_change_pxps);
 
-  /// Follows on from here as a light that has just been found.
-  void start_anew(CameraTime time);
+  /// Follows on from here as a light that has just been found. Of what was seen of it before,
+  /// `paired` sightings were as one of a pair.
+  void start_anew(CameraTime time, int paired);
 
   const Eigen::Vector2d& at_px() const { return at_px_; }
   const Eigen::Vector2d& velocity_pxps() const { return velocity_pxps_; }
@@ -112,9 +113,10 @@ class Lamp {
   RunningShare lamp_like;   ///< shines like a lamp, not like something lit
   RunningShare above;       ///< stands above where a lamp on the road can
   RunningShare mirrored;    ///< looks like the road reflection of another lamp
+  RunningShare reflected;   ///< that, or was unseen where a streak was
   RunningShare on_vehicle;  ///< moves as a part of a vehicle that has its two lamps already
   std::optional<CameraTime> doubtful_at;  ///< when it last may have passed to another light
-  bool was_paired = false;                ///< its vehicle turned out not to be one any more
+  int paired_sightings = 0;               ///< as one of a pair that came apart
   bool fixed = false;                     ///< judged to be standing in the world
   Vehicle* vehicle = nullptr;             ///< that has it as a lamp
 

@@ -16,7 +16,8 @@ struct Chance {
   double lamp, glint;
 };
 constexpr Chance kRides{0.1, 0.6}, kIsMirrored{0.05, 0.25}, kIsMisshapen{0.05, 0.35},
-    kIsUnlike{0.03, 0.25}, kClips{0.9, 0.6}, kIsImaged{0.6, 0.2}, kIsUnseen{0.07, 0.3};
+    kIsUnlike{0.03, 0.25}, kClips{0.9, 0.6}, kIsImaged{0.6, 0.2}, kIsUnseen{0.07, 0.3},
+    kIsPaired{0.1, 0.6}, kIsOffCourse{0.15, 0.45};
 
 struct Spread {
   double mean, sigma;
@@ -46,6 +47,9 @@ double lone_lamp_log_odds(const LoneLight& light) {
   // To have an image speaks for a lamp, for dry roads show none, and not to be seen against one.
   log_odds += kFacts * light.imaged_share * std::log(kIsImaged.lamp / kIsImaged.glint);
   log_odds += kFacts * light.unseen_share * std::log(kIsUnseen.lamp / kIsUnseen.glint);
+  // So does the time as one of a pair, which may have been its vehicle after all.
+  log_odds += kFacts * light.paired_share * std::log(kIsPaired.lamp / kIsPaired.glint);
+  log_odds += kFacts * light.off_course_share * std::log(kIsOffCourse.lamp / kIsOffCourse.glint);
   // To clip speaks for a lamp anywhere; not to clip against it only where lamps do.
   log_odds += light.lamps_clip
                   ? log_odds_of_share(light.clipped_share, kClips)

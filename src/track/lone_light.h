@@ -7,7 +7,7 @@
 
 namespace vildar {
 
-/// What was seen of a light that never had a partner.
+/// What was seen of a light that has no partner.
 struct LoneLight {
   double riding_share = 0.0;    ///< of the looks: moved as a part of a vehicle that has its lamps
   double mirrored_share = 0.0;  ///< drawn out like, or below another lamp like, its mirror image
@@ -16,10 +16,12 @@ struct LoneLight {
   /// ln of its strength less that of strong lamps of this scene (LightScale); nothing where
   /// unknown.
   std::optional<double> strength_ln;
-  double misshapen_share = 0.0;  ///< see below
-  double unlike_share = 0.0;     ///< no sharp peak in the picture: LampKind::other
-  double imaged_share = 0.0;     ///< a wet road showed its own image below it
-  double unseen_share = 0.0;     ///< of the frames from its first to its last look
+  double misshapen_share = 0.0;   ///< see below
+  double unlike_share = 0.0;      ///< no sharp peak in the picture: LampKind::other
+  double imaged_share = 0.0;      ///< a wet road showed its own image below it
+  double paired_share = 0.0;      ///< of all its looks: as one of a pair that came apart
+  double off_course_share = 0.0;  ///< see off_course_share()
+  double unseen_share = 0.0;      ///< of the frames from its first to its last look
 };
 
 /// Natural log of the odds that it is the lamp of a vehicle of its own, a motorcycle's or a car's

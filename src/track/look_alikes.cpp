@@ -156,13 +156,28 @@ bool stands_still(const Lamp& lamp, const RoadView& view) {
   return lamp.wandered_px() < std::max(kStill_px, kStill_m * metre_px) || sways(lamp, view);
 }
 
+// A streak is followed at its middle, and where its lamp was not known at its top.
+bool is_within(const Eigen::Vector2d& at_px, const Spot& spot) {
+  constexpr double kMargin_px = 1.0;
+  const PixelBox& box = spot.blob->box;
+  const Eigen::Array2d half_px(0.5 * (box.u_max - box.u_min + 1.0),
+                               0.5 * (box.v_max - box.v_min + 1.0));
+  return ((at_px - spot.at_px).array().abs() <= half_px + kMargin_px).all();
+}
+
 }  // namespace
 
-void note_look_alikes(const Lamps& lamps, const Vehicles& vehicles, const RoadView& view,
-                      std::int64_t frame) {
+void note_look_alikes(const Lamps& lamps, const std::vector<Spot>& spots, const Vehicles& vehicles,
+                      const RoadView& view, std::int64_t frame) {
   constexpr double kAboveSigmas = 2.5;
   for (const auto& lamp : lamps) {
-    if (!lamp->seen_at(frame)) continue;
+    if (!lamp->seen_at(frame)) {
+      if (!lamp->vehicle && std::ranges::any_of(spots, [&](const Spot& spot) {
+            return spot.streak && is_within(lamp->at_px(), spot);
+          }))
+        lamp->reflected.add(true, kMemory);
+      continue;
+    }
     const LampPlace at = view.place(lamp->at_px());
     const double least = std::min(0.0, view.height_over_lamps_m() * at.inverse_depth_per_m);
     lamp->above.add(at.slope_down < least - kAboveSigmas * view.slope_sigma(at.inverse_depth_per_m),
@@ -171,7 +186,9 @@ void note_look_alikes(const Lamps& lamps, const Vehicles& vehicles, const RoadVi
     const bool mirrored = std::any_of(lamps.begin(), lamps.end(), [&](const auto& source) {
       return source != lamp && source->seen_at(frame) && mirrors(*lamp, *source, view);
     });
-    lamp->mirrored.add(mirrored || lamp->records.back().streak, kMemory);
+    const bool image = mirrored || lamp->records.back().streak;
+    lamp->mirrored.add(image, kMemory);
+    lamp->reflected.add(image, kMemory);
     if (mirrored) lamp->records.back().casts_image = false;  // both are parts of one streak
     if (lamp->vehicle) continue;
     const bool lit = std::any_of(lamps.begin(), lamps.end(), [&](const auto& source) {

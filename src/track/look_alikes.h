@@ -7,11 +7,11 @@
 
 namespace vildar {
 
-/// Gathers, for each lamp seen in this frame, the evidence that it is not the lamp of a vehicle of
-/// its own: a reflection on the road (Lamp::mirrored), a part of another vehicle
+/// Gathers, for each lamp in this frame of `spots`, the evidence that it is not the lamp of a
+/// vehicle of its own: a reflection on the road (Lamp::mirrored), a part of another vehicle
 /// (Lamp::on_vehicle), above where lamps on the road stand (Lamp::above), or standing in the world
 /// (Lamp::fixed).
-void note_look_alikes(const Lamps& lamps, const Vehicles& vehicles, const RoadView& view,
-                      std::int64_t frame);
+void note_look_alikes(const Lamps& lamps, const std::vector<Spot>& spots, const Vehicles& vehicles,
+                      const RoadView& view, std::int64_t frame);
 
 }  // namespace vildar

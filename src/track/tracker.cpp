@@ -107,7 +107,7 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
     for (const auto& lamp : lamps_) lamp->shift(shift_px, dt_s);
 
   follow(spots, frame);
-  note_look_alikes(lamps_, vehicles_, view_, frame.frame);
+  note_look_alikes(lamps_, spots, vehicles_, view_, frame.frame);
   pairing_.update(lamps_, vehicles_, frame.frame, frame.time);
   if (!view_.moving_sensor()) resume_lost();
   mark_split_records();
@@ -312,7 +312,7 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
         if (!lamp) continue;
         auto& past = lamp == vehicle->left ? vehicle->past_left : vehicle->past_right;
         past.insert(past.end(), lamp->records.begin(), lamp->records.end());
-        lamp->start_anew(frame.time);
+        lamp->start_anew(frame.time, vehicle->both_seen);
         pairing_.forget(lamp);
       }
       vehicle->left = vehicle->right = nullptr;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "track/lamp_way.h"
+#include "track/lone_course.h"
 #include "track/lone_light.h"
 #include "track/lone_parts.h"
 
@@ -233,7 +234,7 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   if (lamp.sightings() < options.min_sightings || lamp.lived_s() < options.min_duration_s)
     return Verdict::short_track;
   // What is a glint is one to the end; a lamp may pass by where glints would be.
-  const double mirrored_share = std::min(lamp.mirrored.share(), lamp.mirrored.share_of_all());
+  const double mirrored_share = std::min(lamp.reflected.share(), lamp.reflected.share_of_all());
   const double riding_share = std::min(lamp.on_vehicle.share(), lamp.on_vehicle.share_of_all());
   // Of a light that stays for long, or was in doubt, only the last records are held.
   const auto held = static_cast<double>(lamp.records.size());
@@ -247,7 +248,7 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   if (lamp.fixed || lamp.above.share() > kShare) return Verdict::static_light;
   constexpr double kRedShare = 0.5;
   if (lamp.kind() == LampKind::other || lamp.lived_s() < options.min_single_lamp_s ||
-      lamp.was_paired || (lamp.kind() == LampKind::headlamp && lamp.red.share() > kRedShare))
+      (lamp.kind() == LampKind::headlamp && lamp.red.share() > kRedShare))
     return Verdict::undecided;
 
   std::vector<double> times_s, along_m, laterals_m, lateral_sigmas_m, doubts, strengths;
@@ -278,6 +279,8 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   light.imaged_share = imaged_share;
   light.unseen_share =
       1.0 - held / static_cast<double>(lamp.records.back().frame - lamp.records.front().frame + 1);
+  light.paired_share = lamp.paired_sightings / (lamp.paired_sightings + held);
+  light.off_course_share = off_course_share(lamp.records, view);
   light.clipped_share = clipped_share;
   light.lamps_clip = lights.usually_clips(lamp.kind());
   if (const auto typical = lights.typical(lamp.kind()))

@@ -52,7 +52,7 @@ bool outshines(const Lamp& left, const Lamp& right, const Vehicle& other, bool k
 
 enum class Verdict { vehicle, short_track, static_light, reflection, off_road, undecided };
 
-/// What a vehicle, or a light that never had a partner, turns out to be now that it is gone. The
+/// What a vehicle, or a light without a partner, turns out to be now that it is gone. The
 /// track is written only with Verdict::vehicle.
 Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackOptions& options,
                       const LightScale& lights, VehicleTrack& track);

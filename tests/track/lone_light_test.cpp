@@ -4,8 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "optics/camera.h"
-#include "scene.h"
+#include "one_car.h"
 
 namespace vildar {
 namespace {
@@ -60,6 +59,18 @@ TEST(LoneLight, ItsImageOnTheRoadSpeaksForALampAndFramesUnseenAgainstOne) {
   EXPECT_GT(lone_lamp_log_odds(seldom), std::log(20.0));
   seldom.unseen_share = 0.7;
   EXPECT_LT(lone_lamp_log_odds(seldom), std::log(20.0));
+}
+
+TEST(LoneLight, OddsFallWithTimeAsOneOfAPairOrBesideItsCourse) {
+  for (double LoneLight::*cue : {&LoneLight::paired_share, &LoneLight::off_course_share}) {
+    LoneLight light{0.0, 0.0, 1.0, true, -1.0};
+    double last = lone_lamp_log_odds(light);
+    for (const double share : {0.2, 0.4, 0.6, 0.8}) {
+      light.*cue = share;
+      EXPECT_LT(lone_lamp_log_odds(light), last) << share;
+      last = lone_lamp_log_odds(light);
+    }
+  }
 }
 
 TEST(LoneLight, ALampGrowsSteadilyAndIsNoMetreWide) {

@@ -9,7 +9,8 @@
 namespace vildar {
 namespace {
 
-// The streak of a lamp may be seen as several lights, of which the upper ones have light below them.
+// The streak of a lamp may be seen as several lights, of which the upper ones have light below
+// them.
 TEST(LookAlikes, WhatStandsWhereAMirrorShowsALampHasNoImageItself) {
   const scene::OneCar road;
   constexpr std::int64_t kFrames = 10;
@@ -33,9 +34,27 @@ TEST(LookAlikes, WhatStandsWhereAMirrorShowsALampHasNoImageItself) {
       }
     }
   }
-  note_look_alikes(lamps, {}, road.view, kFrames - 1);
+  note_look_alikes(lamps, {}, {}, road.view, kFrames - 1);
   EXPECT_TRUE(lamps[0]->records.back().casts_image);
   EXPECT_FALSE(lamps[1]->records.back().casts_image);
+}
+
+// Where the lamp above it is not known, the top of a streak is taken for a lamp with its own.
+TEST(LookAlikes, ALoneLightWithinAStreakIsTheStreaks) {
+  const scene::OneCar road;
+  constexpr std::int64_t kFrames = 10;
+  for (const int beside_px : {0, 20}) {
+    Lamps lamps;
+    lamps.push_back(std::make_unique<Lamp>(road.lamp(0, kFrames - 2, -4.0)));
+    lamps.front()->predict(0.04, road.view);
+    Blob blob;
+    const Eigen::Vector2d down_px(beside_px, 10.0);  // from the top to the middle
+    blob.box = {0, 0, 6, 24};
+    Spot streak{&blob, lamps.front()->at_px() + down_px};
+    streak.streak = true;
+    note_look_alikes(lamps, {streak}, {}, road.view, kFrames - 1);
+    EXPECT_EQ(lamps.front()->reflected.looks(), beside_px == 0 ? 1 : 0);
+  }
 }
 
 }  // namespace

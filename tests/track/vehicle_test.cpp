@@ -71,6 +71,26 @@ TEST(JudgeSingle, WhatHasItsOwnImageOnTheRoadIsOnNoBody) {
   }
 }
 
+// Far off it and a lamp of the car beside it moved as one vehicle's.
+TEST(JudgeSingle, ALightOnceTakenForOneOfAPairIsALampIfItIsLongAlone) {
+  const Road road;
+  Lamp motorcycle = road.lamp(0, 80, -4.0), part = road.lamp(0, 12, -4.0);
+  motorcycle.paired_sightings = 25;
+  part.paired_sightings = 60;
+  VehicleTrack track;
+  EXPECT_EQ(judge_single(motorcycle, road.view, {}, {}, track), Verdict::vehicle);
+  EXPECT_EQ(judge_single(part, road.view, {}, {}, track), Verdict::undecided);
+}
+
+TEST(JudgeSingle, ALightThatIsASeenStreakWheneverItIsUnseenIsNoLamp) {
+  const Road road;
+  Lamp lamp = road.lamp(0, 20, -4.0);
+  VehicleTrack track;
+  EXPECT_EQ(judge_single(lamp, road.view, {}, {}, track), Verdict::vehicle);
+  for (int frame = 0; frame < 30; ++frame) lamp.reflected.add(true, 12);
+  EXPECT_EQ(judge_single(lamp, road.view, {}, {}, track), Verdict::reflection);
+}
+
 TEST(JudgeVehicle, NothingOfWhatCameAfterTheCut) {
   const Road road;
   Lamp left = road.lamp(0, 50, -3.4), right = road.lamp(0, 50, -4.6);
