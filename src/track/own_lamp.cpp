@@ -7,15 +7,19 @@
 namespace vildar {
 namespace {
 
-std::vector<PairPlace> good_pairs(const Vehicle& vehicle, const RoadView& view) {
+using Records = std::vector<LampRecord>;
+
+bool fit(const LampRecord& one, const LampRecord& other, const RoadView& view) {
   constexpr double kMostChi2 = 15.0;
-  const std::vector<LampRecord> left = records_of(vehicle, vehicle.left, vehicle.past_left);
-  const std::vector<LampRecord> right = records_of(vehicle, vehicle.right, vehicle.past_right);
+  return one.merged_px == 0.0 && other.merged_px == 0.0 &&
+         view.fit_pair(one.at_px, other.at_px, 1.0).chi2 < kMostChi2;
+}
+
+std::vector<PairPlace> good_pairs(const Records& left, const Records& right, const RoadView& view) {
   std::vector<PairPlace> pairs;
   for (auto one = left.begin(), other = right.begin(); one != left.end() && other != right.end();) {
     const std::int64_t frame = std::min(one->frame, other->frame);
-    if (one->frame == other->frame && one->merged_px == 0.0 && other->merged_px == 0.0 &&
-        view.fit_pair(one->at_px, other->at_px, 1.0).chi2 < kMostChi2)
+    if (one->frame == other->frame && fit(*one, *other, view))
       pairs.push_back({seconds_of(one->time), one->at_px, other->at_px});
     one += one->frame == frame;
     other += other->frame == frame;
@@ -23,11 +27,29 @@ std::vector<PairPlace> good_pairs(const Vehicle& vehicle, const RoadView& view) 
   return pairs;
 }
 
+const LampRecord* in_frame(const Records& records, std::int64_t frame) {
+  const auto found = std::ranges::lower_bound(records, frame, {}, &LampRecord::frame);
+  return found != records.end() && found->frame == frame ? &*found : nullptr;
+}
+
+// Stands where the other lamp of the vehicle would, while one alone is seen of it.
+bool completes(const LampRecord& light, const Records& left, const Records& right,
+               const RoadView& view) {
+  const LampRecord* on_left = in_frame(left, light.frame);
+  const LampRecord* on_right = in_frame(right, light.frame);
+  if (!on_left == !on_right) return false;
+  const LampRecord& lamp = on_left ? *on_left : *on_right;
+  const bool on_free_side = (light.at_px.x() > lamp.at_px.x()) == (on_left != nullptr);
+  return on_free_side && fit(light, lamp, view);
+}
+
 }  // namespace
 
 bool was_lamp_of(const Lamp& light, const Vehicle& vehicle, const RoadView& view) {
   constexpr double kLongestGap_s = 1.7, kLongestBefore_s = 0.7, kNear_px = 2.0, kNearShare = 0.25;
-  const std::vector<PairPlace> pairs = good_pairs(vehicle, view);
+  const Records left = records_of(vehicle, vehicle.left, vehicle.past_left);
+  const Records right = records_of(vehicle, vehicle.right, vehicle.past_right);
+  const std::vector<PairPlace> pairs = good_pairs(left, right, view);
   if (pairs.empty()) return false;
   const LampWay way(pairs, view);
   std::size_t on_lamp = 0;
@@ -37,9 +59,13 @@ bool was_lamp_of(const Lamp& light, const Vehicle& vehicle, const RoadView& view
     on_lamp += std::min((at_px - left_px).norm(), (at_px - right_px).norm()) < near_px;
   };
   for (const LampRecord& record : light.records) {
+    if (completes(record, left, right, view)) {
+      ++on_lamp;
+      continue;
+    }
     const double time_s = seconds_of(record.time);
     const auto after = std::ranges::lower_bound(pairs, time_s, {}, &PairPlace::time_s);
-    if (after == pairs.end()) break;
+    if (after == pairs.end()) continue;
     const PairPlace& next = *after;
     if (after == pairs.begin()) {
       const auto place = way.at(time_s);

@@ -37,5 +37,18 @@ TEST(WasLampOf, ALightShortlyBeforeTheVehicleShowedBothItsLamps) {
   EXPECT_FALSE(was_lamp_of(road.lamp(2, 14, -4.6, 8.0), vehicle, road.view));
 }
 
+TEST(WasLampOf, ALightThatMadeAPairWithTheOneLampSeenOfTheVehicle) {
+  const Road road;
+  Lamp left = road.lamp(0, 80, -3.4), right = road.lamp(50, 80, -4.6);
+  Vehicle vehicle;
+  vehicle.left = &left;
+  vehicle.right = &right;
+  EXPECT_TRUE(was_lamp_of(road.lamp(0, 25, -4.6), vehicle, road.view));
+  // One on its other side, one in the next lane and one 12 m nearer.
+  EXPECT_FALSE(was_lamp_of(road.lamp(0, 25, -2.2), vehicle, road.view));
+  EXPECT_FALSE(was_lamp_of(road.lamp(0, 25, -7.0), vehicle, road.view));
+  EXPECT_FALSE(was_lamp_of(road.lamp(0, 25, -4.6, 12.0), vehicle, road.view));
+}
+
 }  // namespace
 }  // namespace vildar
