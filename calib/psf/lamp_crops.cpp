@@ -35,6 +35,7 @@ LumaView copy_of(const LumaView& luma, int u_min, int v_min, int u_max, int v_ma
                 luma.row(v_min + v) + u_min * luma.bytes_per_sample(),
                 static_cast<std::size_t>(copy.stride_bytes));
   copy.data = pixels->data();
+  copy.row_maxima = nullptr;
   copy.owner = std::move(pixels);
   return copy;
 }

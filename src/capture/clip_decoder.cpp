@@ -11,6 +11,7 @@ extern "C" {
 }
 
 #include "capture/clip_source.h"
+#include "capture/row_maxima.h"
 #include "core/error.h"
 
 namespace vildar {
@@ -125,6 +126,9 @@ void ClipDecoder::open_codec(const std::filesystem::path& path, const ClipOption
   codec_->flags |= AV_CODEC_FLAG_OUTPUT_CORRUPT | AV_CODEC_FLAG_UNALIGNED;
   if (options.skip_loop_filter && parameters.codec_id == AV_CODEC_ID_H264)
     codec_->skip_loop_filter = AVDISCARD_ALL;
+  // libavcodec 5.1 tells of the rows of H.264, though not in the decoder's capabilities.
+  if (options.decoder_threads == 1 && parameters.codec_id == AV_CODEC_ID_H264)
+    note_row_maxima(*codec_);
   if (const int error = avcodec_open2(codec_.get(), decoder, nullptr); error < 0)
     throw InputError(path.string() +
                      with_lines(": its " + std::string(decoder->name) +

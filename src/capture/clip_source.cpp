@@ -14,6 +14,7 @@ extern "C" {
 #include "capture/clip_decoder.h"
 #include "capture/frame_clock.h"
 #include "capture/picture_view.h"
+#include "capture/row_maxima.h"
 #include "core/error.h"
 #include "core/text.h"
 
@@ -217,6 +218,7 @@ std::optional<Frame> ClipSource::Impl::next() {
       continue;
     }
     set_views(readable, frame);
+    if (!frame.damaged) frame.luma.row_maxima = row_maxima_of(*readable);
     return frame;
   }
   return std::nullopt;

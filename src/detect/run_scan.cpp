@@ -109,8 +109,10 @@ void scan_plane(const LumaView& luma, T threshold, std::vector<PixelRun>& runs) 
   const int count = luma.width_px;
   for (int v = 0; v < luma.height_px; ++v) {
     const T* row = reinterpret_cast<const T*>(luma.row(v));
-    if (count < stretch_px<T>() || !all_dark(row, count, threshold))
-      scan_row(row, count, threshold, v, runs);
+    const bool dark = luma.row_maxima != nullptr
+                          ? luma.row_maxima[v] < threshold
+                          : count >= stretch_px<T>() && all_dark(row, count, threshold);
+    if (!dark) scan_row(row, count, threshold, v, runs);
   }
 }
 

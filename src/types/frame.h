@@ -22,6 +22,9 @@ struct LumaView {
   /// range, scaled to the bit depth. Codes outside occur and are meaningful.
   int black_code = 0;
   int white_code = 255;
+  /// No code of row v is greater than row_maxima[v]; null where the source does not know, and of
+  /// more than 8 bits. Kept alive by the owner as well.
+  const std::uint8_t* row_maxima = nullptr;
 
   int bytes_per_sample() const { return bit_depth > 8 ? 2 : 1; }
   const std::uint8_t* row(int v) const { return data + v * stride_bytes; }

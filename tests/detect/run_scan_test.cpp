@@ -123,6 +123,20 @@ TEST_P(RunScan, ThresholdsBeyondTheCodes) {
 
 INSTANTIATE_TEST_SUITE_P(BitDepths, RunScan, testing::Values(8, 10, 12, 16));
 
+TEST(RunScan, RowsWhoseMaximumIsKnownToBeDarkAreNotRead) {
+  Plane plane(200, 3, 8);
+  for (int v = 0; v < 3; ++v) plane.set(150, v, 90);
+  const std::vector<std::uint8_t> maxima{90, 89, 255};
+  plane.view.row_maxima = maxima.data();
+  std::vector<PixelRun> runs;
+  find_runs(plane.view, 90, runs);
+  ASSERT_EQ(runs.size(), 2u);
+  EXPECT_EQ(runs[0].v, 0);
+  EXPECT_EQ(runs[1].v, 2);
+  find_runs(plane.view, 91, runs);
+  EXPECT_TRUE(runs.empty());  // one greater than the row's is no harm
+}
+
 TEST(RunGroups, EmptyListHasNoGroups) {
   RunGroups groups;
   group_runs({}, groups);
