@@ -117,7 +117,8 @@ void LampMeter::start(const FrameLight& light, std::size_t k, const Peak& peak,
                       : seen.flux;
 }
 
-/// False where a neighbour's light turned out to be other than it was taken for.
+/// False where a neighbour's light turned out to be other than it was taken for. A group that was
+/// fitted before in this frame waits until that happens to a light that reaches it.
 bool LampMeter::fit_group(const FrameLight& light, const FrameLight* coded, std::size_t group,
                           std::vector<Measured>& lights) {
   members_.clear();
@@ -136,8 +137,14 @@ bool LampMeter::fit_group(const FrameLight& light, const FrameLight* coded, std:
              kOthersReach * LampFitter::reach_px(guess.rim_px, guess.size_px, core_sigma_px_);
     });
   };
-  for (std::size_t k = 0; k < lamps_.size(); ++k)
-    if (group_of_[k] != group && reaches(now_[k].lamp)) others_.push_back(now_[k].lamp);
+  bool others_changed = false;
+  for (std::size_t k = 0; k < lamps_.size(); ++k) {
+    if (group_of_[k] == group || !reaches(now_[k].lamp)) continue;
+    others_.push_back(now_[k].lamp);
+    others_changed |= changed_by_[k] > fitted_by_[group];
+  }
+  if (fitted_by_[group] > 0 && !others_changed) return true;
+  fitted_by_[group] = ++fits_;
   const LampsFit fit = fitter_.fit(light, guesses_, false, others_, first_attempt);
   const LampsFit* told = &fit;
   const auto clips = [](const LampGuess& guess) { return guess.rim_px > 0.0; };
@@ -163,7 +170,10 @@ bool LampMeter::fit_group(const FrameLight& light, const FrameLight* coded, std:
       continue;
     }
     const LampFit& lamp = fit.lamps[i];
-    settled &= now.fitted || std::abs(std::log(lamp.flux / now.lamp.flux)) < kSettled;
+    if (!(std::abs(std::log(lamp.flux / now.lamp.flux)) < kSettled)) {
+      changed_by_[members_[i]] = fits_;
+      settled &= now.fitted;
+    }
     now.fitted = true;
     now.attempt = fit.attempt;
     now.lamp.centre_px = lamp.centre_px;
@@ -206,6 +216,9 @@ void LampMeter::measure(const FrameLight& light, const FrameLight* coded, Camera
   starts_.assign(lamps_.size(), {});
   for (std::size_t k = 0; k < lamps_.size(); ++k)
     start(light, k, peaks[lamps_[k]], lights[lamps_[k]], since_s);
+  fits_ = 0;
+  fitted_by_.assign(lamps_.size(), 0);
+  changed_by_.assign(lamps_.size(), 0);
   bool settled = true;
   for (int sweep = 0; sweep == 0 || (!settled && sweep < kMostSweeps); ++sweep) {
     settled = true;

@@ -50,6 +50,9 @@ class LampMeter {
   std::vector<std::size_t> group_of_;  // of each of them
   std::vector<double> nearest_px_;     // distance from each of them to the next
   std::vector<LampGuess> starts_;      // of each of them
+  int fits_ = 0;                       // of groups, in this frame
+  std::vector<int> fitted_by_;         // of each group: which of them was its last; 0: none was
+  std::vector<int> changed_by_;        // of each lamp: which of them last changed its light much
   std::vector<std::size_t> members_;
   std::vector<LampGuess> guesses_;
   std::vector<OtherLamp> others_;

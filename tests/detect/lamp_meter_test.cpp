@@ -6,6 +6,7 @@
 
 #include "core/quantity.h"
 #include "detect/detector.h"
+#include "detect/lamp_meter.h"
 #include "detect/lamp_pictures.h"
 #include "scene.h"
 
@@ -197,6 +198,40 @@ TEST(LampMeter, KeepsLightOfCodedPicturesThatARadiusWouldTell) {
   }
   EXPECT_GE(untold, kTrials / 4);
   EXPECT_GE(inside, 0.8 * untold);
+}
+
+// A lamp that is new may turn out to shine otherwise than its rim said: its neighbours are fitted
+// again, but none that its light does not reach.
+TEST(LampMeter, LampsFarOffChangeNothing) {
+  LampPictures pictures(kGlare, kSize_px);
+  const double flux = pictures.flux(2.0, 60.0);
+  Detector detector(DetectOptions{}, Response(), std::nullopt);
+  const Frame frame = frame_of(pictures.of({LampPictures::lamp(20.3, 60.2, 2.0, flux),
+                                            LampPictures::lamp(101.4, 60.1, 2.0, 0.5 * flux)}),
+                               7);
+  const std::optional<SeenLights> seen = detector.look(frame);
+  ASSERT_TRUE(seen);
+  std::vector<Peak> peaks;
+  std::vector<Measured> both;
+  for (const double u_px : {20.3, 101.4})
+    for (std::size_t i = 0; i < seen->peaks.size(); ++i)
+      if (std::abs(seen->lights[i].centre_px.x() - u_px) < 1.0 && seen->peaks[i].clipped_px > 0) {
+        peaks.push_back(seen->peaks[i]);
+        both.push_back(seen->lights[i]);
+      }
+  ASSERT_EQ(both.size(), 2u);
+  std::vector<Measured> alone(both.begin(), both.begin() + 1);
+  LampMeter first(PsfSite{kGlare, 0.0}, std::nullopt), second = first;
+  for (LampMeter* meter : {&first, &second}) {
+    std::vector<Measured> before = alone;
+    meter->measure(seen->light, nullptr, frame.time, {peaks[0]}, before);
+  }
+  const CameraTime next = frame.time + std::chrono::milliseconds(40);
+  first.measure(seen->light, nullptr, next, {peaks[0]}, alone);
+  second.measure(seen->light, nullptr, next, peaks, both);
+  ASSERT_TRUE(alone[0].lamp && both[0].lamp && both[1].lamp);
+  EXPECT_EQ(both[0].lamp->flux, alone[0].lamp->flux);
+  EXPECT_EQ(both[0].centre_px, alone[0].centre_px);
 }
 
 TEST(LampMeter, WhatIsNoDiscIsMarkedAndKeepsItsPlainMeasures) {
