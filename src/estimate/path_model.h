@@ -7,8 +7,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "estimate/ego_motion.h"
 #include "optics/camera.h"
+#include "optics/ego_motion.h"
 #include "optics/road.h"
 
 namespace vildar {

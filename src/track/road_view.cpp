@@ -29,6 +29,7 @@ constexpr double kLevelTolerance_rad = 0.045;
 
 RoadView::RoadView(const Site& site)
     : site_(site), camera_(*site.camera), focal_px_(camera_.focal_px()) {
+  if (site.ego) ego_ = EgoMotion(*site.ego, site.road);
   const Uncertain height_m = site.lamps.height_m.value_or(Uncertain{0.68, 0.15});
   lamp_height_m_ = height_m.mean;
   lamp_height_sigma_m_ = std::max(height_m.std, kLeastLampHeightSigma_m);
@@ -196,21 +197,6 @@ std::optional<double> RoadView::off_lane_centre_m(double lateral_m) const {
     if (!nearest_m || off_m < *nearest_m) nearest_m = off_m;
   }
   return nearest_m;
-}
-
-double RoadView::ego_speed_mps(double time_s) const {
-  if (!site_.ego) return 0.0;
-  const auto& trace = site_.ego->trace;
-  if (trace.empty()) return site_.ego->speed_mps.mean;
-  const auto after = std::lower_bound(trace.begin(), trace.end(), time_s,
-                                      [](const EgoSample& s, double t) { return s.time_s < t; });
-  if (after == trace.begin()) return trace.front().speed_mps;
-  if (after == trace.end()) return trace.back().speed_mps;
-  const EgoSample& before = *(after - 1);
-  const double span_s = after->time_s - before.time_s;
-  if (!(span_s > 0.0)) return after->speed_mps;
-  const double share = (time_s - before.time_s) / span_s;
-  return before.speed_mps + share * (after->speed_mps - before.speed_mps);
 }
 
 }  // namespace vildar

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include "optics/camera.h"
+#include "optics/ego_motion.h"
 #include "optics/road.h"
 #include "types/site.h"
 
@@ -59,8 +60,8 @@ class RoadView {
   std::optional<double> off_lane_centre_m(double lateral_m) const;
 
   /// Speed of the sensor itself along the road; 0 for a fixed one.
-  double ego_speed_mps(double time_s) const;
-  bool moving_sensor() const { return site_.ego.has_value(); }
+  double ego_speed_mps(double time_s) const { return ego_.speed_mps(time_s); }
+  bool moving_sensor() const { return ego_.moving(); }
 
   double focal_px() const { return focal_px_; }
   double lamp_height_m() const { return lamp_height_m_; }
@@ -85,6 +86,7 @@ class RoadView {
 
   Site site_;
   Camera camera_;
+  EgoMotion ego_;
   double focal_px_;
   double lamp_height_m_, lamp_height_sigma_m_;
   double separation_m_, separation_sigma_ln_;

@@ -1,4 +1,4 @@
-#include "estimate/ego_motion.h"
+#include "optics/ego_motion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,9 @@ namespace vildar {
 
 EgoMotion::EgoMotion(const EgoSite& site, const RoadSite& road)
     : site_(site), moving_(true), turns_known_(site.turns_known()) {
-  if (turns_known_ && road.radius_m) curvature_per_m_ = bend_of(road) / road.radius_m->mean;
+  if (road.radius_m) road_curvature_per_m_ = bend_of(road) / road.radius_m->mean;
+  straight_m_ = road.straight_m;
+  if (turns_known_) curvature_per_m_ = road_curvature_per_m_;
 }
 
 double EgoMotion::interpolated(double time_s, double EgoSample::*field) const {
@@ -53,6 +55,11 @@ EgoDeviation EgoMotion::deviation(double reference_s, double time_s) const {
   }
   deviation.ahead_m -= speed_mps(reference_s) * span_s;
   return deviation;
+}
+
+double EgoMotion::turn_rate_rad_per_s(double time_s, double way_m) const {
+  if (turns_known_) return interpolated(time_s, &EgoSample::yaw_rate_rad_per_s);
+  return way_m < straight_m_ ? 0.0 : road_curvature_per_m_ * speed_mps(time_s);
 }
 
 bool EgoMotion::covers(double from_s, double to_s) const {

@@ -31,6 +31,9 @@ class EgoMotion {
   /// Standard deviation of speed_mps, from the site file's `speed_mps`; 0 where it is called known.
   double speed_std_mps() const { return moving_ ? site_.speed_mps.std : 0.0; }
   EgoDeviation deviation(double reference_s, double time_s) const;
+  /// Anticlockwise: as yaw rates say, else as the road's line y = 0 turns `way_m` from where the
+  /// clip began.
+  double turn_rate_rad_per_s(double time_s, double way_m) const;
   /// Whether a trace, if one is used, spans the interval; beyond its ends the last speed is held.
   bool covers(double from_s, double to_s) const;
 
@@ -38,6 +41,7 @@ class EgoMotion {
   double interpolated(double time_s, double EgoSample::*field) const;
 
   EgoSite site_;
+  double road_curvature_per_m_ = 0.0, straight_m_ = 0.0;  ///< of the road's line y = 0
   bool moving_ = false;
   bool turns_known_ = false;
   double curvature_per_m_ = 0.0;  ///< of the road; zero where the turns are not known
