@@ -7,7 +7,7 @@ rendered, run and scored:
 Scenes that FOLDER holds already are kept, and runs under the same label that are no older than
 PROGRAM: a study that was broken off goes on, and another PROGRAM under another label has the same scenes. Sets: a mast and a dashcam on a dry and on a wet road,
 both shaken by so many degrees (standard deviation up and down, two thirds of it sideways),
-beside four street lamps or beside none; a dashcam on bends of 120 to 500 m; and two photodiodes without a camera. Prints a line per set; ends with 1 where fewer intervals
+beside street lamps (four before a mast, one every 20 m or so along a dashcam's road) or beside none; a dashcam on bends of 120 to 500 m; and two photodiodes without a camera. Prints a line per set; ends with 1 where fewer intervals
 hold than three binomial sigmas below 95 %.
 """
 import argparse
@@ -35,13 +35,22 @@ SETS = {
     "mast_0.3_none": ("three-lanes", 10, 0.3, False, False),
     "dash_0.15": ("dashcam", 20, 0.15, False, False),
     "dash_0.3": ("dashcam", 20, 0.3, False, False),
+    "dash_0_lamps": ("dashcam", 20, 0.0, True, False),
+    "dash_0.15_lamps": ("dashcam", 20, 0.15, True, False),
+    "dash_0.3_lamps": ("dashcam", 20, 0.3, True, False),
     "dash_bend": ("dashcam", 30, 0.0, False, False),
+    "dash_bend_0.3_lamps": ("dashcam", 20, 0.3, True, False),
     "photodiodes": ("photodiode", 200, 0.0, False, False),
 }
 
 
 def quietly(*command) -> None:
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def street_lamps(places_m: list) -> str:
+    return "street_lamps:\n" + "".join(f"  - {{position_m: [{x:.2f}, {y:.2f}, {z:.2f}], intensity_cd: 900}}\n"
+                                       for x, y, z in places_m)
 
 
 def camera_scenario(text: str, number: int, shake_deg: float, lamps: bool, wet: bool) -> str:
@@ -57,11 +66,12 @@ def camera_scenario(text: str, number: int, shake_deg: float, lamps: bool, wet: 
     if shake_deg:
         text += (f"shake: {{yaw_std_deg: {shake_deg * 2 / 3}, pitch_std_deg: {shake_deg}, "
                  f"frequency_hz: {frequency_hz}}}\n")
-    if lamps:
-        text += "street_lamps:\n"
-        for lamp in range(4):
-            place = f"{draw.uniform(50, 100):.2f}, {6.0 if lamp % 2 else -14.0}, {draw.uniform(7, 9):.2f}"
-            text += f"  - {{position_m: [{place}], intensity_cd: 900}}\n"
+    if lamps and "ego:" in text:
+        text += street_lamps([(along_m + draw.uniform(-5, 5), draw.choice((-6.0, 9.0)), draw.uniform(7, 9))
+                              for along_m in range(20, 300, 20)])
+    elif lamps:
+        text += street_lamps([(draw.uniform(50, 100), 6.0 if lamp % 2 else -14.0, draw.uniform(7, 9))
+                              for lamp in range(4)])
     return ("wet_road: true\nweather: {rain_mm_per_h: 5}\n" if wet else "") + text
 
 
@@ -78,6 +88,14 @@ def bent(text: str, number: int, folder: pathlib.Path) -> str:
         yaw_rate = speed_mps / radius_m * (1 if turn == "left" else -1)
         trace.write_text("t_s,speed_mps,yaw_rate_rad_per_s\n" +
                          "".join(f"{time},{speed_mps},{yaw_rate}\n" for time in range(-1, 10)))
+    bend = 1.0 if turn == "left" else -1.0
+
+    def beside_bend(place) -> str:
+        along_m, lateral_m = float(place[1]), float(place[2])
+        own_m, angle = radius_m - bend * lateral_m, along_m / radius_m
+        return f"[{own_m * math.sin(angle):.2f}, {lateral_m + bend * own_m * (1.0 - math.cos(angle)):.2f}, {place[3]}]"
+    told = re.sub(r"\[([0-9.]+), ([-0-9.]+), ([0-9.]+)\](?=, intensity_cd: 900)", beside_bend, told)
+
     def on_bend(part, radius):
         part = re.sub(r"kind: straight\n    straight_m: 0\n    turn: left\n",
                       f"kind: curved\n    straight_m: 0\n    turn: {turn}\n    radius_m: {radius}\n", part)
@@ -103,7 +121,7 @@ def prepare(program: str, out: pathlib.Path, name: str) -> list:
         folder.mkdir(parents=True, exist_ok=True)
         file = folder / "scenario.yaml"
         text = changed(scenario.read_text(), number, *change)
-        file.write_text(bent(text, number, folder) if name == "dash_bend" else text)
+        file.write_text(bent(text, number, folder) if "bend" in name else text)
         quietly(program, "render", file, "--out", folder)
         (folder / "rendered").touch()
     return folders

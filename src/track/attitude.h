@@ -18,6 +18,7 @@ struct StaticSighting {
   std::int64_t frame = 0;
   Eigen::Vector2d at_px = Eigen::Vector2d::Zero();
   double sigma_px = 1.0;
+  double time_s = 0.0;  ///< of its row
 };
 
 /// Turns of a camera that stands in one place but shakes, frame by frame, from the lights that

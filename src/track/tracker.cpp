@@ -7,6 +7,7 @@
 
 #include "track/association.h"
 #include "track/attitude.h"
+#include "track/drive_attitude.h"
 #include "track/heir.h"
 #include "track/look_alikes.h"
 #include "track/own_lamp.h"
@@ -49,12 +50,17 @@ class Tracker::Impl {
         view_(site),
         pairing_(view_),
         attitude_(view_.focal_px()),
-        reach_px_(kReachShare * site.camera->width_px) {}
+        reach_px_(kReachShare * site.camera->width_px),
+        rolling_shutter_s_(site.camera->rolling_shutter_s) {
+    if (site.ego) drive_attitude_.emplace(site);
+  }
 
   std::vector<VehicleTrack> update(BlobFrame& frame);
   std::vector<VehicleTrack> finish();
   const TrackCounts& counts() const { return counts_; }
-  std::optional<CameraTurn> turn_in(std::int64_t frame) const { return attitude_.at(frame); }
+  std::optional<CameraTurn> turn_in(std::int64_t frame) const {
+    return drive_attitude_ ? drive_attitude_->at(frame) : attitude_.at(frame);
+  }
   std::optional<CameraTime> live_since() const;
 
  private:
@@ -62,7 +68,7 @@ class Tracker::Impl {
 
   void follow(const std::vector<Spot>& spots, const BlobFrame& frame);
   void learn_strength();
-  void find_turn(std::int64_t frame);
+  void find_turn(const BlobFrame& now);
   void bear(const std::vector<Spot>& spots, const Association& found, const BlobFrame& frame);
   void mark_split_records();
   void resume_lost();
@@ -79,7 +85,8 @@ class Tracker::Impl {
   RoadView view_;
   Pairing pairing_;
   Attitude attitude_;
-  double reach_px_;
+  std::optional<DriveAttitude> drive_attitude_;  ///< of a moving sensor, in the other's stead
+  double reach_px_, rolling_shutter_s_;
   Lamps lamps_;
   Vehicles vehicles_;
   Vehicles waiting_;  ///< lost from view or taken apart, and may yet be found again
@@ -112,7 +119,7 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
   if (!view_.moving_sensor()) resume_lost();
   mark_split_records();
   learn_strength();
-  if (!view_.moving_sensor()) find_turn(frame.frame);
+  find_turn(frame);
   std::vector<VehicleTrack> ended;
   end_lost(frame, ended);
   name_kinds(frame, spots);
@@ -120,14 +127,18 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
 }
 
 // Lights that stand in the world, well above the road or for long enough, show how the camera
-// turns.
-void Tracker::Impl::find_turn(std::int64_t frame) {
+// turns. From a vehicle none stands still in the picture: those above the road count.
+void Tracker::Impl::find_turn(const BlobFrame& now) {
   constexpr double kLong_s = 4.0, kAboveShare = 0.5;
+  const std::int64_t frame = now.frame;
   std::int64_t oldest = frame;
+  if (drive_attitude_) drive_attitude_->begin(frame, seconds_of(now.time));
   for (const auto& lamp : lamps_) {
-    const bool stands = lamp->fixed && !lamp->vehicle &&
-                        (lamp->above.share() > kAboveShare || lamp->lived_s() > kLong_s);
-    if (!stands) oldest = std::min(oldest, lamp->records.front().frame);
+    const bool above = lamp->above.share() > kAboveShare;
+    const bool stands =
+        !lamp->vehicle &&
+        (drive_attitude_ ? above : lamp->fixed && (above || lamp->lived_s() > kLong_s));
+    if (!stands && !lamp->records.empty()) oldest = std::min(oldest, lamp->records.front().frame);
     if (!stands || !lamp->seen_at(frame)) continue;
     const auto [entry, is_new] = standing_.try_emplace(lamp.get(), next_standing_);
     next_standing_ += is_new;
@@ -136,16 +147,25 @@ void Tracker::Impl::find_turn(std::int64_t frame) {
          record != lamp->records.end(); ++record)
       if (!has(record->sighting.defects, Defect::merged) &&
           !has(record->sighting.defects, Defect::cut_by_edge))
-        sightings.push_back(
-            {record->frame, record->at_px, record->sighting.centre_sigma_px.maxCoeff()});
-    attitude_.add(entry->second, sightings);
+        sightings.push_back({record->frame, record->at_px,
+                             record->sighting.centre_sigma_px.maxCoeff(),
+                             seconds_of(row_time(record->time, rolling_shutter_s_,
+                                                 record->sighting.row_fraction))});
+    if (drive_attitude_)
+      drive_attitude_->add(entry->second, sightings);
+    else
+      attitude_.add(entry->second, sightings);
   }
   for (const auto* vehicles : {&vehicles_, &waiting_})
     for (const auto& vehicle : *vehicles)
       for (const auto* past : {&vehicle->past_left, &vehicle->past_right})
         if (!past->empty()) oldest = std::min(oldest, past->front().frame);
-  attitude_.solve(frame);
-  attitude_.forget_before(oldest);
+  if (drive_attitude_) {
+    drive_attitude_->forget_before(oldest);
+  } else {
+    attitude_.solve(frame);
+    attitude_.forget_before(oldest);
+  }
 }
 
 // A vehicle whose pair has held for a second or so shows how strong lamps are here.

@@ -74,6 +74,8 @@ struct Outcome {
   std::vector<int> frames_seen;           ///< of each car: frames in which it left a blob
   std::vector<std::map<int, int>> votes;  ///< of each track: car -> lamps taken from it; -1 other
   std::map<LampKind, int> kinds_of_street_blobs, kinds_of_mirror_blobs;
+  std::vector<Eigen::Vector2d> shakes_px;        ///< of each frame
+  std::vector<std::optional<CameraTurn>> turns;  ///< the same, as told after the last
 
   /// The car that all lamps of a track belong to; nothing where there are several.
   std::optional<int> car_of(std::size_t track) const {
@@ -192,6 +194,7 @@ inline Outcome run(const Scene& scene, TrackOptions options = {}) {
                         -3});
     const Eigen::Vector2d shake_px(random.normal(0.0, scene.shake_px),
                                    random.normal(0.0, scene.shake_px));
+    outcome.shakes_px.push_back(shake_px);
     std::set<int> seen;
     std::vector<int> owner_of_blob;
     for (const Light& light : lights) {
@@ -224,6 +227,7 @@ inline Outcome run(const Scene& scene, TrackOptions options = {}) {
       if (owner_of_blob[b] == -2) ++outcome.kinds_of_mirror_blobs[frame.blobs[b].kind];
     }
   }
+  for (int k = 0; k < frames; ++k) outcome.turns.push_back(tracker.turn_in(k));
   keep(tracker.finish());
   outcome.counts = tracker.counts();
   for (const VehicleTrack& track : outcome.tracks) {

@@ -434,5 +434,35 @@ TEST(TrackScene, ARowOfFourLampsIsNotPairedAcrossInSilence) {
   EXPECT_LE(doubted, kFew * tracks);
 }
 
+// A light that stands moves through a dashcam's picture as its way dictates: what is left is the
+// shake.
+TEST(TrackScene, StreetLampsTellADashcamsShake) {
+  Scene made;
+  made.site = scene::site_of(1.3, -2.0, 800.0, 960, 540);
+  made.site.camera->pitch_rad.std = 0.002;
+  made.site.ego = EgoSite{{12.0, 0.1}, {}, {}};
+  Car car;
+  car.x_m = 150.0;
+  car.y_m = 3.5;
+  car.speed_mps = -8.0;
+  made.cars = {car};
+  for (int i = 0; i < 10; ++i)
+    made.street_lamps.emplace_back(30.0 + 22.0 * i, i % 2 ? 9.0 : -6.0, 8.0);
+  made.shake_px = 2.0;
+  const scene::Outcome shaken = scene::run(made);
+  double square_px2 = 0.0, frames = 0.0;
+  for (std::size_t k = 0; k < shaken.turns.size(); ++k) {
+    if (!shaken.turns[k]) continue;
+    const Eigen::Vector3d& turn_rad = shaken.turns[k]->rotation_rad;
+    square_px2 +=
+        (800.0 * Eigen::Vector2d(-turn_rad.y(), turn_rad.x()) - shaken.shakes_px[k]).squaredNorm();
+    frames += 1.0;
+  }
+  EXPECT_GT(frames, 100.0);
+  EXPECT_LT(std::sqrt(0.5 * square_px2 / frames), 0.25 * made.shake_px);
+  made.shake_px = 0.0;
+  for (const auto& turn : scene::run(made).turns) EXPECT_FALSE(turn);
+}
+
 }  // namespace
 }  // namespace vildar

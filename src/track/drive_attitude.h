@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "optics/camera.h"
+#include "optics/ego_motion.h"
+#include "track/attitude.h"
+#include "types/camera_turn.h"
+#include "types/site.h"
+
+namespace vildar {
+
+/// Turns of a camera that drives, frame by frame, from the lights that stand in the world beside
+/// its road; see solve_turns.
+class DriveAttitude {
+ public:
+  /// Needs site.camera and site.ego.
+  explicit DriveAttitude(const Site& site);
+
+  /// Frames come in order of time, each before what was seen in it.
+  void begin(std::int64_t frame, double time_s);
+  /// What one light has shown since the last call; `light` is any number that stays with it.
+  void add(std::uint64_t light, const std::vector<StaticSighting>& sightings);
+
+  /// Turn in a frame from all that has been added by now: where none of the lights was seen, none
+  /// with the sigma of the movement in others. Nothing where no light stands and where the camera
+  /// does not shake by more than the lights can tell.
+  std::optional<CameraTurn> at(std::int64_t frame) const;
+
+  /// Frames before this one are not asked for any more.
+  void forget_before(std::int64_t frame);
+
+ private:
+  struct Seen {
+    std::uint64_t light;
+    StaticSighting sighting;
+  };
+  /// A frame, and where the camera's vehicle was.
+  struct Moment {
+    std::int64_t frame = 0;
+    double time_s = 0.0;
+    double way_m = 0.0;
+    Eigen::Vector2d place_m = Eigen::Vector2d::Zero();
+    double heading_rad = 0.0;
+    std::vector<Seen> seen;
+  };
+
+  /// Of a moment; the end where there is none.
+  std::size_t index_of(std::int64_t frame) const;
+  Moment moved(const Moment& from, double to_s) const;
+  std::vector<CameraTurn> turns_between(std::size_t from, std::size_t to) const;
+
+  Camera camera_;
+  Eigen::Vector3d pose_std_rad_;
+  double focal_px_;
+  EgoMotion ego_;
+  std::deque<Moment> moments_;
+  /// Turns of blocks of moments, by the first; empty where the camera does not shake.
+  mutable std::map<std::size_t, std::vector<CameraTurn>> solved_;
+};
+
+}  // namespace vildar
