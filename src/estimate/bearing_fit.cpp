@@ -7,6 +7,7 @@
 #include "core/clock.h"
 #include "estimate/camera_view.h"
 #include "estimate/path_start.h"
+#include "estimate/speed_gate.h"
 
 namespace vildar {
 namespace {
@@ -78,7 +79,10 @@ Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView&
 bool BearingFit::explains() const {
   constexpr double kWorstScatter_px = 5.0;
   constexpr double kMostOutliers = 0.3;
-  return check.scatter_px.maxCoeff() <= kWorstScatter_px && check.outlier_share <= kMostOutliers;
+  const MotionState state = trajectory.at(trajectory.problem.reference_s);
+  return check.scatter_px.maxCoeff() <= kWorstScatter_px &&
+         check.outlier_share <= kMostOutliers &&
+         std::abs(state.acceleration_mps2) <= kHardestBraking_mps2;
 }
 
 bool BearingFit::steady() const {

@@ -16,7 +16,7 @@ struct BearingFit {
   std::vector<LampReading> readings;
   bool scaled = false;  ///< something but a lane fixes the scale
 
-  /// Whether the model explains the bearings at all.
+  /// Whether the model explains the bearings at all, by a motion that tyres can give.
   bool explains() const;
   /// The same, and nothing slow is left that another motion would explain better.
   bool steady() const;

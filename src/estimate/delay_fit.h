@@ -38,9 +38,6 @@ struct DelayProblem {
 /// than its noise says. This doubt of it turns the motion about DelayFit::surest_s.
 constexpr double kDelayAccelerationDoubt_mps2 = 0.3;
 
-/// No vehicle brakes or speeds up harder.
-inline constexpr double kHardestBraking_mps2 = 9.8, kHardestSpeedingUp_mps2 = 5.0;
-
 struct DelayFit {
   SpeedEstimate speed;    ///< where of the times asked for it is known best; positive: oncoming
   double surest_s = 0.0;  ///< where of all times of the light noise leaves the speed known best

@@ -5,6 +5,7 @@
 
 #include "estimate/light_edges.h"
 #include "estimate/power_blocks.h"
+#include "estimate/speed_gate.h"
 
 namespace vildar {
 namespace {

@@ -18,6 +18,9 @@ inline bool useful(const SpeedEstimate& speed) {
 /// is none.
 inline constexpr double kNoSpeedLogStd = 1.0;
 
+/// No vehicle brakes or speeds up harder.
+inline constexpr double kHardestBraking_mps2 = 9.8, kHardestSpeedingUp_mps2 = 5.0;
+
 /// A speed fitted to a part of a track, with the sigma of what the parts do not share.
 struct PartSpeed {
   double speed_mps;

@@ -290,8 +290,12 @@ TEST(Geometry, SaysWhyThereIsNoSpeed) {
     }
     return result.withheld;
   };
-  View short_view = kNoiseless;
-  short_view.to_s = 0.2;
+  const auto until = [](double to_s) {
+    View view = kNoiseless;
+    view.to_s = to_s;
+    return view;
+  };
+  View short_view = until(0.2);
   EXPECT_EQ(reason(kTypical, mast_site(4.0), short_view), Miss::too_few_samples);
   short_view.frame_rate_hz = 100.0;
   short_view.to_s = 0.1;
@@ -308,6 +312,14 @@ TEST(Geometry, SaysWhyThereIsNoSpeed) {
   EXPECT_EQ(reason(lifted, mast_site(4.0), kNoiseless), Miss::not_on_road);
   beside.lateral_m = -14.0;
   EXPECT_EQ(reason(beside, mast_site(4.0), kNoiseless), Miss::not_on_road);
+
+  Vehicle braking = kTypical, thrown = kTypical;
+  braking.acceleration_mps2 = -7.0;
+  EXPECT_FALSE(reason(braking, mast_site(4.0), kNoiseless));
+  thrown.acceleration_mps2 = -15.0;
+  EXPECT_EQ(reason(thrown, mast_site(4.0), until(1.2)), Miss::bad_fit);
+  thrown.acceleration_mps2 = 15.0;
+  EXPECT_EQ(reason(thrown, mast_site(4.0), until(1.2)), Miss::bad_fit);
 
   Site vague = mast_site(4.0);
   vague.road.lanes.clear();
