@@ -30,6 +30,7 @@ std::optional<Miss> gate_speed(const VehicleTrack& track, const MotionState& sta
   constexpr double kClear = 3.0;  // sigmas
   if (track.ambiguous_identity) return Miss::ambiguous_identity;
   if (track.direction_contradicts) return Miss::direction_contradicts;
+  if (std::abs(state.acceleration_mps2) > kHardestBraking_mps2) return Miss::bad_fit;
   if (!useful(speed)) return Miss::too_uncertain;
   if (speed.speed_mps - kClear * speed.std_mps > kFastest_mps) return Miss::not_on_road;
   const bool oncoming = track.direction == Direction::oncoming;

@@ -32,6 +32,11 @@ double log_odds_of_share(double share, Chance chance) {
                    (1.0 - share) * std::log((1.0 - chance.lamp) / (1.0 - chance.glint)));
 }
 
+double width_px_of(const LampRecord& record) {
+  const PixelBox& box = record.sighting.box;
+  return box.u_max - box.u_min + 1.0;
+}
+
 double log_density(double value, Spread spread) {
   const double off = (value - spread.mean) / spread.sigma;
   return -0.5 * off * off - std::log(spread.sigma);
@@ -65,12 +70,17 @@ double lone_lamp_log_odds(const LoneLight& light) {
   return log_odds;
 }
 
+bool wider_than_a_lamp(const LampRecord& record, double inverse_depth_per_m,
+                       const RoadView& view) {
+  constexpr double kWide_m = 1.0, kWide_px = 10.0;
+  return width_px_of(record) > std::max(kWide_px, kWide_m * inverse_depth_per_m * view.focal_px());
+}
+
 double misshapen_share(std::span<const LampRecord> records, const RoadView& view) {
   constexpr std::ptrdiff_t kBeside = 2;  // records before and after
-  constexpr double kMostStep = 1.4, kLeastStep_px = 2.0, kWide_m = 1.0, kWide_px = 10.0;
+  constexpr double kMostStep = 1.4, kLeastStep_px = 2.0;
   const auto width_px = [&](std::ptrdiff_t i) {
-    const PixelBox& box = records[static_cast<std::size_t>(i)].sighting.box;
-    return box.u_max - box.u_min + 1.0;
+    return width_px_of(records[static_cast<std::size_t>(i)]);
   };
   std::ptrdiff_t misshapen = 0;
   for (std::ptrdiff_t i = 0; i < std::ssize(records); ++i) {
@@ -80,12 +90,10 @@ double misshapen_share(std::span<const LampRecord> records, const RoadView& view
           width_px(std::clamp<std::ptrdiff_t>(i + j, 0, std::ssize(records) - 1));
     std::ranges::nth_element(near_px, near_px.begin() + kBeside);
     const double usual_px = near_px[kBeside], own_px = width_px(i);
-    const double metre_px =
-        view.place(records[static_cast<std::size_t>(i)].at_px).inverse_depth_per_m *
-        view.focal_px();
+    const LampRecord& record = records[static_cast<std::size_t>(i)];
     const bool step = std::abs(own_px - usual_px) >= kLeastStep_px &&
                       std::max(own_px / usual_px, usual_px / own_px) > kMostStep;
-    misshapen += step || own_px > std::max(kWide_px, kWide_m * metre_px);
+    misshapen += step || wider_than_a_lamp(record, view.place(record.at_px).inverse_depth_per_m, view);
   }
   return records.empty() ? 0.0
                          : static_cast<double>(misshapen) / static_cast<double>(records.size());

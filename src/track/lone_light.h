@@ -29,8 +29,11 @@ struct LoneLight {
 /// cues count as independent given which of the two it is; docs/tracking.md says what is assumed.
 double lone_lamp_log_odds(const LoneLight& light);
 
-/// Share of the looks at which a light was of no lamp's shape: wider than a metre and 10 px, or of
-/// another width than just before and after.
+/// By a metre and 10 px, as lit road is.
+bool wider_than_a_lamp(const LampRecord& record, double inverse_depth_per_m, const RoadView& view);
+
+/// Share of the looks at which a light was of no lamp's shape: wider than a lamp, or of another
+/// width than just before and after.
 double misshapen_share(std::span<const LampRecord> records, const RoadView& view);
 
 }  // namespace vildar

@@ -105,11 +105,11 @@ bool rides_on(const Lamp& lamp, const Vehicle& vehicle, const RoadView& view) {
   return inside && (moves_with(lamp, *vehicle.left) || moves_with(lamp, *vehicle.right));
 }
 
-// The patch of road that a vehicle lights before itself moves along with it, and is wider than a
-// lamp would be there.
+// What a vehicle lights before itself, road or paint, moves along with it, and is wider or far
+// fainter than a lamp would be there.
 bool lit_by(const Lamp& lamp, const Lamp& source, const RoadView& view) {
   constexpr double kNearest_m = 1.0, kFarthest_m = 22.0, kBeside_m = 1.8;
-  constexpr double kWider = 1.4;
+  constexpr double kWider = 1.4, kFainterLn = 2.0;
   const double height_m = view.height_over_lamps_m() + view.lamp_height_m();
   if (view.height_over_lamps_m() < kHighCamera_m || source.kind() == LampKind::taillamp)
     return false;
@@ -126,8 +126,9 @@ bool lit_by(const Lamp& lamp, const Lamp& source, const RoadView& view) {
   if (before_m < kNearest_m || before_m > kFarthest_m) return false;
   if (std::abs(lit.lateral_m - from.lateral_m) > kBeside_m) return false;
   const double nearer = road_inverse_depth / source_inverse_depth;
-  if (width_px(lamp) < kWider * nearer * width_px(source)) return false;
-  return moves_with(lamp, source);
+  const bool wide = width_px(lamp) >= kWider * nearer * width_px(source);
+  const bool faint = lamp.log_flux() - 2.0 * std::log(nearer) < source.log_flux() - kFainterLn;
+  return (wide || faint) && moves_with(lamp, source);
 }
 
 // Goes to and fro, as a light does before a camera that shakes, and gets nowhere.

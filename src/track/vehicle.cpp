@@ -146,7 +146,11 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   const std::vector<LampRecord> right = records_of(vehicle, vehicle.right, vehicle.past_right);
   std::vector<PairLook> looks;
   std::vector<double> laterals_m, lateral_sigmas_m, strengths, tail_log_odds;
-  int clipped = 0;
+  int clipped = 0, patches = 0;
+  const auto is_patch = [&view](const LampRecord& record, double inverse_depth_per_m) {
+    return record.sighting.saturated_px == 0 &&
+           wider_than_a_lamp(record, inverse_depth_per_m, view);
+  };
   std::vector<SeenVehicle> seen;
   for (std::size_t i = 0, j = 0; i < left.size() || j < right.size();) {
     const bool use_left = j == right.size() || (i < left.size() && left[i].frame <= right[j].frame);
@@ -170,6 +174,8 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       laterals_m.push_back(view.road_at(middle_px, fit.inverse_depth_per_m).lateral_m);
       lateral_sigmas_m.push_back(view.lateral_sigma_m(fit.inverse_depth_per_m));
       clipped += left[i].sighting.saturated_px > 0 && right[j].sighting.saturated_px > 0;
+      patches += is_patch(left[i], fit.inverse_depth_per_m) ||
+                 is_patch(right[j], fit.inverse_depth_per_m);
       tail_log_odds.push_back(0.5 * (left[i].tail_log_odds + right[j].tail_log_odds));
       const double flux = std::min(left[i].sighting.flux, right[j].sighting.flux);
       strengths.push_back(std::log(std::max(flux, 1e-9)) - 2.0 * std::log(fit.inverse_depth_per_m));
@@ -197,9 +203,10 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       duration_s(track.sightings) < options.min_duration_s ||
       static_cast<int>(looks.size()) < pairs_needed)
     return Verdict::short_track;
-  constexpr double kSecondShare = 0.4, kImageShare = 0.5;
+  constexpr double kSecondShare = 0.4, kImageShare = 0.5, kPatchShare = 0.5;
   if (vehicle.second_on_body > kSecondShare * vehicle.both_seen ||
-      vehicle.images > kImageShare * vehicle.both_seen)
+      vehicle.images > kImageShare * vehicle.both_seen ||
+      patches > kPatchShare * static_cast<double>(looks.size()))
     return Verdict::reflection;
   if ((!vehicle.cut_after && vehicle.chi2 > kMostChi2) ||
       too_faint(strengths, clipped / static_cast<double>(looks.size()), vehicle.kind, lights,

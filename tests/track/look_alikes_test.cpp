@@ -57,5 +57,20 @@ TEST(LookAlikes, ALoneLightWithinAStreakIsTheStreaks) {
   }
 }
 
+// Lane paint that lamps light, which at lamp height would be 16 m and is on the road 8 m before them.
+TEST(LookAlikes, ALightFarFainterThanTheLampsBehindItIsWhatTheyLight) {
+  const scene::OneCar road;
+  constexpr std::int64_t kFrames = 10;
+  for (const double fainter : {2.0, 30.0}) {
+    Lamps lamps;
+    for (const double y_m : {-3.4, -4.6})
+      lamps.push_back(std::make_unique<Lamp>(road.lamp(0, kFrames, y_m)));
+    lamps.push_back(std::make_unique<Lamp>(road.lamp(0, kFrames, -4.0, 16.0, 100.0 / fainter)));
+    note_look_alikes(lamps, {}, {}, road.view, kFrames);
+    EXPECT_EQ(lamps.back()->on_vehicle.share(), fainter > 10.0 ? 1.0 : 0.0) << fainter;
+    EXPECT_EQ(lamps.front()->on_vehicle.share(), 0.0);
+  }
+}
+
 }  // namespace
 }  // namespace vildar

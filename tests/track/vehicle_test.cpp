@@ -40,6 +40,29 @@ TEST(JudgeVehicle, AShortTimeAsAPairVouchesForLittleOfALongOneAsALoneLight) {
   EXPECT_GE(track.sightings.size(), 20U);
 }
 
+// Two patches of lit road before a pair of lamps: as level, as far apart, as steady as a pair.
+TEST(JudgeVehicle, LightsWiderThanLampsThatDoNotClipAreLitRoad) {
+  const Road road;
+  for (const double width_m : {0.8, 1.5})
+    for (const int saturated_px : {0, 40}) {
+      Lamp left = road.lamp(0, 50, -3.4), right = road.lamp(0, 50, -4.6);
+      for (Lamp* lamp : {&left, &right})
+        for (LampRecord& record : lamp->records) {
+          const double range_m = 70.0 - 0.5 * static_cast<double>(record.frame);
+          record.sighting.box = {0, 0, static_cast<int>(width_m * 1400.0 / range_m), 20};
+          record.sighting.saturated_px = saturated_px;
+        }
+      Vehicle vehicle;
+      vehicle.left = &left;
+      vehicle.right = &right;
+      vehicle.both_seen = 51;
+      VehicleTrack track;
+      EXPECT_EQ(judge_vehicle(vehicle, road.view, {}, {}, track),
+                width_m > 1.0 && saturated_px == 0 ? Verdict::reflection : Verdict::vehicle)
+          << width_m << " m, " << saturated_px;
+    }
+}
+
 // Alone its left lamp was taken for one 12 m nearer, its right one for one a lane away.
 TEST(JudgeVehicle, ALoneLightBesideTheWayOfThePairsWasAnotherLamp) {
   const Road road;
