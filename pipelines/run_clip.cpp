@@ -86,10 +86,9 @@ class Measuring {
 
   void take(std::vector<VehicleTrack> ended, const Tracker& tracker) {
     for (VehicleTrack& track : ended) {
-      std::vector<std::optional<CameraTurn>> turns;
-      for (const VehicleSighting& sighting : track.sightings)
-        turns.push_back(tracker.turn_in(sighting.frame));
-      std::optional<SteadyView> steady = steady_view(track, turns, site_);
+      std::vector<std::int64_t> frames;
+      for (const VehicleSighting& sighting : track.sightings) frames.push_back(sighting.frame);
+      std::optional<SteadyView> steady = steady_view(track, tracker.turns_in(frames), site_);
       Ended one{std::move(track), std::move(steady)};
       if (!traces_.empty() && one.track.kind == LampKind::headlamp)
         lit_.push_back(one.steady ? lit_vehicle(one.steady->track, one.steady->site)

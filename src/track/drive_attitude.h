@@ -2,8 +2,8 @@
 
 #include <cstdint>
 #include <deque>
-#include <map>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -28,10 +28,10 @@ class DriveAttitude {
   /// What one light has shown since the last call; `light` is any number that stays with it.
   void add(std::uint64_t light, const std::vector<StaticSighting>& sightings);
 
-  /// Turn in a frame from all that has been added by now: where none of the lights was seen, none
-  /// with the sigma of the movement in others. Nothing where no light stands and where the camera
-  /// does not shake by more than the lights can tell.
-  std::optional<CameraTurn> at(std::int64_t frame) const;
+  /// Turns in a vehicle's frames, ascending, from all lights seen in them: where none was, none
+  /// with the sigma of the movement in others. Nothing where no light stands, where the camera does
+  /// not shake by more than the lights can tell, and in frames that are forgotten.
+  std::vector<std::optional<CameraTurn>> turns_in(std::span<const std::int64_t> frames) const;
 
   /// Frames before this one are not asked for any more.
   void forget_before(std::int64_t frame);
@@ -51,7 +51,7 @@ class DriveAttitude {
     std::vector<Seen> seen;
   };
 
-  /// Of a moment; the end where there is none.
+  /// Of the first moment at or after a frame.
   std::size_t index_of(std::int64_t frame) const;
   Moment moved(const Moment& from, double to_s) const;
   std::vector<CameraTurn> turns_between(std::size_t from, std::size_t to) const;
@@ -61,8 +61,6 @@ class DriveAttitude {
   double focal_px_;
   EgoMotion ego_;
   std::deque<Moment> moments_;
-  /// Turns of blocks of moments, by the first; empty where the camera does not shake.
-  mutable std::map<std::size_t, std::vector<CameraTurn>> solved_;
 };
 
 }  // namespace vildar

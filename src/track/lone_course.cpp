@@ -10,11 +10,35 @@
 namespace vildar {
 namespace {
 
+// Goes from side to side, beyond half its scatter, as a camera's shaking by 0.75 Hz or more does.
+bool swings(const Eigen::ArrayXd& off_px, double seconds) {
+  constexpr double kClear = 0.5, kLeast_px = 1.0, kLeastPerSecond = 1.5, kFewest = 4.0;
+  const double clear_px = kClear * std::max(kLeast_px, std::sqrt(off_px.square().mean()));
+  double side = 0.0, crossings = 0.0;
+  for (const double one_px : off_px) {
+    if (std::abs(one_px) < clear_px) continue;
+    crossings += one_px * side < 0.0;
+    side = one_px;
+  }
+  return crossings >= std::max(kFewest, kLeastPerSecond * seconds);
+}
+
+// Per axis, from the nearest three tenths, which hold though most look elsewhere.
+double variance_of_nearest(const Eigen::ArrayXd& off_px2) {
+  constexpr double kShare = 0.3;
+  std::vector<double> sorted_px2(off_px2.begin(), off_px2.end());
+  const auto nearest = sorted_px2.begin() +
+                       static_cast<std::ptrdiff_t>(kShare * static_cast<double>(off_px2.size()));
+  std::ranges::nth_element(sorted_px2, nearest);
+  return *nearest / (-2.0 * std::log(1.0 - kShare));
+}
+
 /// Looks beside the course of these.
 Eigen::Index off_course(std::span<const LampRecord> records, const RoadView& view) {
   constexpr std::size_t kFewest = 8;
-  constexpr double kMost = 0.6, kOff_px = 3.0;
+  constexpr double kMost = 0.6, kSigmas = 3.0;
   constexpr int kRounds = 6;
+  double least_px2 = 9.0;
   if (records.size() < kFewest) return 0;
   const auto count = static_cast<Eigen::Index>(records.size());
   Eigen::MatrixX3d motion(count, 3);
@@ -36,21 +60,27 @@ Eigen::Index off_course(std::span<const LampRecord> records, const RoadView& vie
   std::vector<Eigen::Index> nearest(records.size());
   std::iota(nearest.begin(), nearest.end(), Eigen::Index{0});
   const auto most = static_cast<std::size_t>(kMost * static_cast<double>(records.size()));
-  Eigen::ArrayXd off_px2;
+  Eigen::ArrayXd along_off_px, across_off_px, off_px2;
   for (int round = 0; round < kRounds; ++round) {
     const auto left_over = [&](const auto& model, const Eigen::VectorXd& seen) {
       const Eigen::MatrixXd kept = model(nearest, Eigen::all);
       const Eigen::VectorXd fit = kept.colPivHouseholderQr().solve(seen(nearest));
-      return (seen - model * fit).array().square().eval();
+      return (seen - model * fit).array().eval();
     };
-    off_px2 = left_over(motion, along_px) + left_over(drift, across_px);
+    along_off_px = left_over(motion, along_px);
+    across_off_px = left_over(drift, across_px);
+    off_px2 = along_off_px.square() + across_off_px.square();
     nearest.resize(records.size());
     std::iota(nearest.begin(), nearest.end(), Eigen::Index{0});
     std::ranges::nth_element(nearest, nearest.begin() + static_cast<std::ptrdiff_t>(most), {},
                              [&](Eigen::Index i) { return off_px2[i]; });
     nearest.resize(most);
   }
-  return (off_px2 > kOff_px * kOff_px).count();
+  // A camera that shakes swings all looks to and fro, by as much as the nearest of them say.
+  const double seconds = seconds_of(records.back().time) - seconds_of(records.front().time);
+  if (swings(along_off_px, seconds) || swings(across_off_px, seconds))
+    least_px2 = std::max(least_px2, kSigmas * kSigmas * variance_of_nearest(off_px2));
+  return (off_px2 > least_px2).count();
 }
 
 }  // namespace

@@ -58,8 +58,11 @@ class Tracker::Impl {
   std::vector<VehicleTrack> update(BlobFrame& frame);
   std::vector<VehicleTrack> finish();
   const TrackCounts& counts() const { return counts_; }
-  std::optional<CameraTurn> turn_in(std::int64_t frame) const {
-    return drive_attitude_ ? drive_attitude_->at(frame) : attitude_.at(frame);
+  std::vector<std::optional<CameraTurn>> turns_in(std::span<const std::int64_t> frames) const {
+    if (drive_attitude_) return drive_attitude_->turns_in(frames);
+    std::vector<std::optional<CameraTurn>> turns;
+    for (const std::int64_t frame : frames) turns.push_back(attitude_.at(frame));
+    return turns;
   }
   std::optional<CameraTime> live_since() const;
 
@@ -446,6 +449,7 @@ std::vector<VehicleTrack> Tracker::Impl::finish() {
   vehicles_.clear();
   waiting_.clear();
   lamps_.clear();
+  standing_.clear();
   last_time_.reset();
   return ended;
 }
@@ -483,8 +487,9 @@ Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 std::vector<VehicleTrack> Tracker::update(BlobFrame& blobs) { return impl_->update(blobs); }
 std::vector<VehicleTrack> Tracker::finish() { return impl_->finish(); }
 std::optional<CameraTime> Tracker::live_since() const { return impl_->live_since(); }
-std::optional<CameraTurn> Tracker::turn_in(std::int64_t frame) const {
-  return impl_->turn_in(frame);
+std::vector<std::optional<CameraTurn>> Tracker::turns_in(
+    std::span<const std::int64_t> frames) const {
+  return impl_->turns_in(frames);
 }
 const TrackCounts& Tracker::counts() const { return impl_->counts(); }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -51,16 +52,16 @@ class Tracker {
   /// image. Throws std::invalid_argument when the time is not after that of the frame before.
   std::vector<VehicleTrack> update(BlobFrame& blobs);
 
-  /// Ends all tracks and returns those that are vehicles; the tracker is then as new, but ids and
-  /// counts go on.
+  /// Ends all tracks and returns those that are vehicles. More frames of the same clip may follow;
+  /// ids and counts go on.
   std::vector<VehicleTrack> finish();
 
   const TrackCounts& counts() const;
 
-  /// How the camera was turned in a frame, from the lights that stand in the world; of a vehicle's
-  /// frames it is to be asked before the next update. Nothing from a moving sensor, where no light
-  /// stands, and where the camera moves less than the lights can tell.
-  std::optional<CameraTurn> turn_in(std::int64_t frame) const;
+  /// How the camera was turned in each of a vehicle's frames, ascending, from the lights that stand
+  /// in the world; to be asked before the next update. Nothing where no light stands, and where the
+  /// camera moves less than the lights can tell.
+  std::vector<std::optional<CameraTurn>> turns_in(std::span<const std::int64_t> frames) const;
 
   /// First sighting of the oldest light still followed that may yet be reported as a vehicle: later
   /// tracks begin no earlier. Lights that stand in the world do not count. Nothing where none is

@@ -227,12 +227,16 @@ Eigen::Array3d Fit::crossings() const {
   Eigen::Array3d mean_rad = Eigen::Array3d::Zero(), crossings = mean_rad;
   for (const Frame& frame : frames_)
     if (!frame.seen.empty()) mean_rad += frame.turn_rad.array() / lit_frames_;
-  Eigen::Array<bool, 3, 1> above = Eigen::Array<bool, 3, 1>::Constant(false);
+  // From one side to the other, beyond half the movement; before the first such look, none.
+  constexpr double kClear = 0.5;
+  const Eigen::Array3d clear_rad = kClear * turn_variance_.array().sqrt();
+  Eigen::Array3d side = Eigen::Array3d::Zero();
   for (const Frame& frame : frames_) {
     if (frame.seen.empty()) continue;
-    const Eigen::Array<bool, 3, 1> now_above = frame.turn_rad.array() > mean_rad;
-    crossings += (now_above != above).cast<double>();
-    above = now_above;
+    const Eigen::Array3d off_rad = frame.turn_rad.array() - mean_rad;
+    const Eigen::Array3d now = (off_rad.abs() > clear_rad).select(off_rad.sign(), side);
+    crossings += (now * side < 0.0).cast<double>();
+    side = now;
   }
   return crossings;
 }

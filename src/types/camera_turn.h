@@ -4,9 +4,9 @@
 
 namespace vildar {
 
-/// How a camera that should stand still was turned in one frame from its mean pose.
+/// How a camera was turned in one frame from its mean pose on its stand or in its vehicle.
 struct CameraTurn {
-  /// About the camera's axes (right, down, forward): what lies at x when it stands still is seen at
+  /// About the camera's axes (right, down, forward): what lies at x at its mean pose is seen at
   /// x - rotation x x, to first order.
   Eigen::Vector3d rotation_rad = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();

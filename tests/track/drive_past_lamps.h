@@ -74,6 +74,7 @@ inline std::vector<PointAt> lamps_beside_the_road(Random& random, int count,
 struct Drive {
   double told_speed_mps = kSpeed_mps;
   double curvature_per_m = 0.0;
+  std::size_t frames = kFrames;
   std::vector<PointAt> lights;
   TurnAt turn = [](std::size_t) { return Eigen::Vector3d::Zero().eval(); };
 
@@ -85,8 +86,8 @@ struct Drive {
     problem.camera_from_road = camera_from_road_rotation(0.0, -0.035, 0.0);
     problem.pose_std_rad = {0.002, 0.005, 0.003};
     problem.lights = lights.size();
-    problem.frames = kFrames;
-    for (std::size_t frame = 0; frame < kFrames; ++frame) {
+    problem.frames = frames;
+    for (std::size_t frame = 0; frame < frames; ++frame) {
       const double time_s = static_cast<double>(frame) / kRate_hz;
       const double way_m = kSpeed_mps * time_s, told_way_m = told_speed_mps * time_s;
       const Eigen::Vector3d turn_rad = turn(frame);

@@ -1,7 +1,12 @@
 #include "track/lone_course.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
+#include "core/clock.h"
+#include "core/quantity.h"
+#include "core/random.h"
 #include "one_car.h"
 
 namespace vildar {
@@ -25,6 +30,20 @@ TEST(LoneCourse, ALightThatGoesFromOneToTheNextHasNone) {
   Site moving = road.site;
   moving.ego = EgoSite{};
   EXPECT_EQ(off_course_share(wanders.records, RoadView(moving)), 0.0);
+}
+
+TEST(LoneCourse, ALampBeforeACameraThatShakesKeepsOne) {
+  const scene::OneCar road;
+  Random random(3);
+  for (const double hz : {1.0, 2.5, 4.0}) {
+    Lamp lamp = road.lamp(0, 60, -4.0);
+    for (LampRecord& record : lamp.records) {
+      const double angle = 2.0 * kPi * hz * seconds_of(record.time);
+      record.at_px += 10.0 * Eigen::Vector2d(0.7 * std::cos(angle), std::sin(angle)) +
+                      Eigen::Vector2d(random.normal(), random.normal());
+    }
+    EXPECT_LT(off_course_share(lamp.records, road.view), 0.1) << hz;
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <vector>
@@ -227,7 +228,9 @@ inline Outcome run(const Scene& scene, TrackOptions options = {}) {
       if (owner_of_blob[b] == -2) ++outcome.kinds_of_mirror_blobs[frame.blobs[b].kind];
     }
   }
-  for (int k = 0; k < frames; ++k) outcome.turns.push_back(tracker.turn_in(k));
+  std::vector<std::int64_t> numbers(static_cast<std::size_t>(frames));
+  std::iota(numbers.begin(), numbers.end(), 0);
+  outcome.turns = tracker.turns_in(numbers);
   keep(tracker.finish());
   outcome.counts = tracker.counts();
   for (const VehicleTrack& track : outcome.tracks) {
