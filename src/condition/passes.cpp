@@ -173,7 +173,8 @@ std::vector<PowerPass> find_passes(const PowerTrace& trace) {
   if (light.blocks.empty()) return passes;
   for (const Stretch& whole : stretches_of(light)) {
     for (const Stretch& part : parts_of(light, whole)) {
-      const PowerPass pass = pass_of(light, part);
+      PowerPass pass = pass_of(light, part);
+      pass.photodiode = trace.photodiode;
       if (pass.to_s - pass.from_s >= kShortest_s) passes.push_back(pass);
     }
   }

@@ -46,6 +46,8 @@ Abreast abreast_of(const RoadSite& road, double receiver_y_m) {
   return found;
 }
 
+bool dimmer(const PowerBlock& one, const PowerBlock& other) { return one.power_w < other.power_w; }
+
 double peak_w(const PowerTrace& trace, const PowerPass& pass) {
   const auto begin = trace.time_s.begin();
   const auto first = std::lower_bound(begin, trace.time_s.end(), pass.from_s) - begin;
@@ -57,15 +59,30 @@ double peak_w(const PowerTrace& trace, const PowerPass& pass) {
   return most_w;
 }
 
-// A vehicle leaves photodiodes up the road earlier than those down the road: `pass`, found in the
-// light of any of them, with the peak that `trace` shows.
-PowerPass with_peak_of(const PowerTrace& trace, PowerPass pass) {
+// `pass`, found in the light of any photodiode, as `trace` shows it. A vehicle leaves photodiodes
+// up the road earlier than those down the road, where the light of the one before it is still to be
+// seen when its own pass begins up the road.
+PowerPass as_seen_by(const PowerTrace& trace, PowerPass pass, const Site& site) {
   constexpr double kBlock_s = 0.02;
+  if (trace.photodiode == pass.photodiode) return pass;
+  const auto along_m = [&site](int photodiode) {
+    return site.photodiodes.at(static_cast<std::size_t>(photodiode)).position_m[0].mean;
+  };
+  const bool earlier = along_m(trace.photodiode) > along_m(pass.photodiode);
   const std::vector<PowerBlock> blocks =
       block_means(trace, pass.from_s, pass.to_s, std::max(kBlock_s, trace.sample_period_s), 0.0);
-  const auto peak = std::ranges::max_element(blocks, {}, &PowerBlock::power_w);
-  if (peak != blocks.end() && std::abs(peak->time_s - pass.peak_s) > kBlock_s)
-    pass.peak_s = peak->time_s;
+  const auto found = std::ranges::lower_bound(blocks, pass.peak_s, {}, &PowerBlock::time_s);
+  const auto peak = earlier ? std::max_element(blocks.begin(), found, dimmer)
+                            : std::max_element(found, blocks.end(), dimmer);
+  if (peak == blocks.end()) return pass;
+  if (std::abs(peak->time_s - pass.peak_s) > kBlock_s) pass.peak_s = peak->time_s;
+  if (earlier) return pass;
+  // From where the light of the one before it is gone.
+  const auto before = std::max_element(blocks.begin(), found, dimmer);
+  const auto lowest = std::min_element(before, peak, dimmer);
+  if (lowest != peak && lowest != before &&
+      lowest->power_w - trace.ambient_w < 0.5 * (before->power_w - trace.ambient_w))
+    pass.from_s = lowest->time_s;
   return pass;
 }
 
@@ -312,7 +329,7 @@ VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site&
                             std::span<const PowerTrace> traces) {
   if (traces.empty()) throw std::invalid_argument("estimate_pass: no photodiode trace given");
   const PowerTrace& trace = brightest(traces, found);
-  const PowerPass pass = with_peak_of(trace, found);
+  const PowerPass pass = as_seen_by(trace, found, site);
   const PhotodiodeSite& receiver = site.photodiodes.at(static_cast<std::size_t>(trace.photodiode));
   const Abreast abreast = abreast_of(site.road, receiver.position_m[1].mean);
   const LaneSite* lane = abreast.lane();

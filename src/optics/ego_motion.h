@@ -1,7 +1,5 @@
 #pragma once
 
-#include <optional>
-
 #include "types/site.h"
 
 namespace vildar {

@@ -13,8 +13,9 @@ namespace {
 
 // Centres of lights are not trusted beyond this.
 constexpr double kLeastSigma_px = 0.05;
-// More frames are solved in parts, each of which has a mean pose of its own; and of a street full of
-// lit windows the longest seen tell enough, where the effort grows with the cube of their number.
+// More frames are solved in parts, each of which has a mean pose of its own; and of a street full
+// of lit windows the longest seen tell enough, where the effort grows with the cube of their
+// number.
 constexpr std::size_t kMostFrames = 400, kMostLights = 32;
 
 // Less movement than this is not told from what coding does to the centres of lights; and a camera
@@ -23,8 +24,7 @@ constexpr std::size_t kMostFrames = 400, kMostLights = 32;
 bool shakes(const TurnSolution& turns, double focal_px, double seconds) {
   constexpr double kLeastMovement_px = 0.25, kFewestCrossings = 4.0, kLeastPerSecond = 1.5;
   const double fewest = std::max(kFewestCrossings, kLeastPerSecond * seconds);
-  return ((turns.std_rad.array() > kLeastMovement_px / focal_px) &&
-          turns.crossings >= fewest)
+  return ((turns.std_rad.array() > kLeastMovement_px / focal_px) && turns.crossings >= fewest)
       .head<2>()
       .any();
 }
@@ -63,8 +63,8 @@ void DriveAttitude::begin(std::int64_t frame, double time_s) {
 }
 
 std::size_t DriveAttitude::index_of(std::int64_t frame) const {
-  return static_cast<std::size_t>(
-      std::ranges::lower_bound(moments_, frame, {}, &Moment::frame) - moments_.begin());
+  return static_cast<std::size_t>(std::ranges::lower_bound(moments_, frame, {}, &Moment::frame) -
+                                  moments_.begin());
 }
 
 void DriveAttitude::add(std::uint64_t light, const std::vector<StaticSighting>& sightings) {

@@ -49,8 +49,7 @@ bool hand_over(Vehicle& vehicle, const Lamp& kept, Lamp& heir) {
   for (auto one = past.begin() + shared; one != past.end(); ++one) one->beside_px = *apart_px;
   (vehicle.left == old ? vehicle.left : vehicle.right) = &heir;
   heir.vehicle = &vehicle;
-  old->paired_sightings += static_cast<int>(old_then - old->records.cbegin());
-  old->records.erase(old->records.cbegin(), old_then);
+  old->leave_to_pair(old_then);
   old->vehicle = nullptr;
   return true;
 }

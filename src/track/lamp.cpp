@@ -133,6 +133,13 @@ void Lamp::start_anew(CameraTime time, int paired) {
   vehicle = nullptr;
 }
 
+void Lamp::leave_to_pair(std::vector<LampRecord>::const_iterator first) {
+  paired_sightings += static_cast<int>(first - records.cbegin());
+  records.erase(records.cbegin(), first);
+  sightings_ = static_cast<int>(records.size());
+  if (!records.empty()) first_time_ = records.front().time;
+}
+
 void Lamp::remember(const Spot& spot, const Eigen::Vector2d& off_px, std::int64_t frame,
                     CameraTime time) {
   constexpr double kFluxMemory = 0.3;

@@ -103,6 +103,8 @@ class Lamp {
   /// Extent of the places held, with the movement of the whole image taken out.
   double wandered_px() const { return (most_px_ - least_px_).norm(); }
   bool seen_at(std::int64_t frame) const { return last_frame_ == frame; }
+  /// The looks before `first` were of a vehicle's lamp: it is a light of its own from there on.
+  void leave_to_pair(std::vector<LampRecord>::const_iterator first);
   double unseen_s(CameraTime now) const;
   double lived_s() const;
   CameraTime first_time() const { return first_time_; }

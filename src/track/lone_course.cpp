@@ -36,9 +36,8 @@ double variance_of_nearest(const Eigen::ArrayXd& off_px2) {
 /// Looks beside the course of these.
 Eigen::Index off_course(std::span<const LampRecord> records, const RoadView& view) {
   constexpr std::size_t kFewest = 8;
-  constexpr double kMost = 0.6, kSigmas = 3.0;
+  constexpr double kMost = 0.6, kOff_px = 3.0, kSigmas = 3.0, kFar = 0.05;
   constexpr int kRounds = 6;
-  double least_px2 = 9.0;
   if (records.size() < kFewest) return 0;
   const auto count = static_cast<Eigen::Index>(records.size());
   Eigen::MatrixX3d motion(count, 3);
@@ -76,11 +75,15 @@ Eigen::Index off_course(std::span<const LampRecord> records, const RoadView& vie
                              [&](Eigen::Index i) { return off_px2[i]; });
     nearest.resize(most);
   }
-  // A camera that shakes swings all looks to and fro, by as much as the nearest of them say.
+  const auto beyond = [&](double least_px2) { return (off_px2 > least_px2).count(); };
+  const Eigen::Index off = beyond(kOff_px * kOff_px);
+  // A camera that shakes swings all looks to and fro, by no more than the nearest of them say.
   const double seconds = seconds_of(records.back().time) - seconds_of(records.front().time);
-  if (swings(along_off_px, seconds) || swings(across_off_px, seconds))
-    least_px2 = std::max(least_px2, kSigmas * kSigmas * variance_of_nearest(off_px2));
-  return (off_px2 > least_px2).count();
+  const bool shaken =
+      (swings(along_off_px, seconds) || swings(across_off_px, seconds)) &&
+      static_cast<double>(beyond(kSigmas * kSigmas * variance_of_nearest(off_px2))) <=
+          kFar * static_cast<double>(count);
+  return shaken ? 0 : off;
 }
 
 }  // namespace

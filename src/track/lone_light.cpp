@@ -70,8 +70,7 @@ double lone_lamp_log_odds(const LoneLight& light) {
   return log_odds;
 }
 
-bool wider_than_a_lamp(const LampRecord& record, double inverse_depth_per_m,
-                       const RoadView& view) {
+bool wider_than_a_lamp(const LampRecord& record, double inverse_depth_per_m, const RoadView& view) {
   constexpr double kWide_m = 1.0, kWide_px = 10.0;
   return width_px_of(record) > std::max(kWide_px, kWide_m * inverse_depth_per_m * view.focal_px());
 }
@@ -93,7 +92,8 @@ double misshapen_share(std::span<const LampRecord> records, const RoadView& view
     const LampRecord& record = records[static_cast<std::size_t>(i)];
     const bool step = std::abs(own_px - usual_px) >= kLeastStep_px &&
                       std::max(own_px / usual_px, usual_px / own_px) > kMostStep;
-    misshapen += step || wider_than_a_lamp(record, view.place(record.at_px).inverse_depth_per_m, view);
+    misshapen +=
+        step || wider_than_a_lamp(record, view.place(record.at_px).inverse_depth_per_m, view);
   }
   return records.empty() ? 0.0
                          : static_cast<double>(misshapen) / static_cast<double>(records.size());

@@ -174,8 +174,8 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       laterals_m.push_back(view.road_at(middle_px, fit.inverse_depth_per_m).lateral_m);
       lateral_sigmas_m.push_back(view.lateral_sigma_m(fit.inverse_depth_per_m));
       clipped += left[i].sighting.saturated_px > 0 && right[j].sighting.saturated_px > 0;
-      patches += is_patch(left[i], fit.inverse_depth_per_m) ||
-                 is_patch(right[j], fit.inverse_depth_per_m);
+      patches +=
+          is_patch(left[i], fit.inverse_depth_per_m) || is_patch(right[j], fit.inverse_depth_per_m);
       tail_log_odds.push_back(0.5 * (left[i].tail_log_odds + right[j].tail_log_odds));
       const double flux = std::min(left[i].sighting.flux, right[j].sighting.flux);
       strengths.push_back(std::log(std::max(flux, 1e-9)) - 2.0 * std::log(fit.inverse_depth_per_m));

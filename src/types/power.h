@@ -61,6 +61,7 @@ struct PowerPass {
   double others_w =
       0.0;  ///< light that is left, above ambient, once this vehicle is past: of others
   bool cut_off = false;  ///< the record ends before it is past: others_w is not known
+  int photodiode = 0;    ///< whose light it was found in: index in the site
 };
 
 }  // namespace vildar

@@ -203,20 +203,47 @@ TEST(Pass, AnyOfSeveralLanesLiesInItsInterval) {
 }
 
 TEST(Pass, IsFollowedToThePeakOfTheLightThatIsUsed) {
-  const Site site = diode_site();
+  Site site = diode_site();
   Random random(1);
   PowerTrace trace = trace_of(kTypical, site, matching_diode(), random);
   // Found by another photodiode, which the vehicle reaches 0.1 s later.
+  site.photodiodes.push_back(site.photodiodes.front());
+  site.photodiodes[1].id = "down";
+  site.photodiodes[1].position_m[0].mean = -2.0;
   constexpr double kGone_s = 2.35;
   for (std::size_t i = 0; i < trace.time_s.size(); ++i)
     if (trace.time_s[i] > kGone_s) trace.power_w[i] = static_cast<float>(trace.ambient_w);
-  const VehicleResult result = estimate_pass({-0.5, 2.5, 2.45}, 1, site, {&trace, 1});
+  const VehicleResult result = estimate_pass(
+      {.from_s = -0.5, .to_s = 2.5, .peak_s = 2.45, .photodiode = 1}, 1, site, {&trace, 1});
   ASSERT_GE(result.methods.size(), 2U);
   for (const MethodResult& row : result.methods) {
     const auto* speed = std::get_if<SpeedEstimate>(&row.speed);
     ASSERT_NE(speed, nullptr) << name_of(row.method) << " " << name_of(std::get<Miss>(row.speed));
     EXPECT_NEAR(speed->speed_mps, kTypical.speed_mps, 2.0 * speed->std_mps) << name_of(row.method);
   }
+}
+
+// Before it a slower vehicle of four times its light, which a photodiode 8 m up the road has lost
+// when the pass begins there.
+TEST(Pass, LightOfTheVehicleBeforeIsLeftOutWhereItIsSeenLonger) {
+  Site site = diode_site();
+  site.photodiodes.push_back(site.photodiodes.front());
+  site.photodiodes[1].id = "up";
+  site.photodiodes[1].position_m[0].mean = 8.0;
+  Random random(1);
+  PowerTrace trace = trace_of(kTypical, site, matching_diode(), random);
+  Vehicle leader = kTypical;
+  leader.speed_mps = 14.0;
+  leader.along_m = 2.2 * leader.speed_mps;
+  Diode bright = matching_diode();
+  bright.gain_w *= 4.0;
+  bright.ambient_w = bright.noise_w = 0.0;
+  const PowerTrace of_leader = trace_of(leader, site, bright, random);
+  for (std::size_t i = 0; i < trace.power_w.size(); ++i) trace.power_w[i] += of_leader.power_w[i];
+  const PowerPass pass{.from_s = 1.8, .to_s = 2.9, .peak_s = 2.6, .photodiode = 1};
+  const VehicleResult result = estimate_pass(pass, 1, site, {&trace, 1});
+  for (const Method method : {Method::power_slope_photodiode, Method::ml_photodiode})
+    EXPECT_NEAR(speed_of(method_of(result, method)), kTypical.speed_mps, 1.0) << name_of(method);
 }
 
 TEST(Pass, WithoutAGainOtherVehiclesAreNotToBlame) {

@@ -71,7 +71,8 @@ struct Driven {
     const auto found = turns(from);
     for (std::size_t i = 0; i < found.size(); ++i) {
       const Eigen::Vector2d error_rad =
-          (found[i].value().rotation_rad - drive.turn(static_cast<std::size_t>(from) + i)).head<2>();
+          (found[i].value().rotation_rad - drive.turn(static_cast<std::size_t>(from) + i))
+              .head<2>();
       sum += error_rad;
       squares += error_rad.cwiseAbs2();
     }
@@ -114,8 +115,8 @@ TEST(DriveAttitude, ALoneVehicleThatBrakesIsNoShaking) {
     for (std::uint64_t seed = 0; seed < 10; ++seed) {
       Drive drive;
       drive.lights = {[=](double time_s) {
-        return Eigen::Vector3d(
-            120.0 - 24.0 * time_s + 0.5 * braking_mps2 * time_s * time_s, 3.5, 3.5);
+        return Eigen::Vector3d(120.0 - 24.0 * time_s + 0.5 * braking_mps2 * time_s * time_s, 3.5,
+                               3.5);
       }};
       EXPECT_FALSE(Driven(drive, 0, seed).tells_any()) << braking_mps2 << ", " << seed;
     }

@@ -31,6 +31,8 @@ TEST(HandOver, TheVehicleKeepsTheLampThatCameOutOfTheCommonBlob) {
   EXPECT_EQ(heir.vehicle, &vehicle);
   EXPECT_EQ(old.vehicle, nullptr);
   EXPECT_EQ(old.records.front().frame, kSplit);
+  EXPECT_EQ(old.sightings(), 51 - kSplit) << "what it was before tells nothing of a light alone";
+  EXPECT_EQ(old.first_time(), old.records.front().time);
 
   VehicleTrack track;
   ASSERT_EQ(judge_vehicle(vehicle, road.view, {}, {}, track), Verdict::vehicle);

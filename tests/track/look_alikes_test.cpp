@@ -57,7 +57,8 @@ TEST(LookAlikes, ALoneLightWithinAStreakIsTheStreaks) {
   }
 }
 
-// Lane paint that lamps light, which at lamp height would be 16 m and is on the road 8 m before them.
+// Lane paint that lamps light, which at lamp height would be 16 m and is on the road 8 m before
+// them.
 TEST(LookAlikes, ALightFarFainterThanTheLampsBehindItIsWhatTheyLight) {
   const scene::OneCar road;
   constexpr std::int64_t kFrames = 10;
