@@ -12,6 +12,7 @@
 #include "estimate/joint_cost.h"
 #include "estimate/series_blocks.h"
 #include "estimate/solve.h"
+#include "estimate/vector_math.h"
 #include "estimate/wander.h"
 #include "optics/road.h"
 
@@ -24,8 +25,9 @@ constexpr double kBlock_s = 0.020;
 const double kAccelerationStd_mps2 = std::sqrt(kAccelerationVariance_m2ps4);
 
 struct Place {
-  double ahead_m = 0.0, apart_m = 0.0;  ///< of the receiver: along the road, and across and below
-  double off_axis_rad = 0.0;            ///< of the receiver as seen from the vehicle
+  Eigen::Vector3d toward_m;   ///< from the receiver
+  double arc_rad = 0.0;       ///< of the bend behind it
+  double off_axis_rad = 0.0;  ///< of the receiver as seen from the vehicle
 };
 
 Place place_at(const PowerCase& known, const PassMotion& motion, double time_s) {
@@ -34,10 +36,36 @@ Place place_at(const PowerCase& known, const PassMotion& motion, double time_s) 
       motion.along_m - tau_s * (motion.speed_mps + 0.5 * motion.acceleration_mps2 * tau_s);
   const auto point =
       path_point(along_m, known.lateral_m.mean, known.bend, known.straight_m, known.radius_m.mean);
-  const Eigen::Vector3d toward =
+  const Eigen::Vector3d toward_m =
       Eigen::Vector3d(point.x_m, point.y_m, known.lamp_height_m.mean) - known.receiver_m;
-  return {toward.x(), std::hypot(toward.y(), toward.z()),
-          std::atan2(toward.y(), toward.x()) - point.heading_rad};
+  return {toward_m, known.bend * point.heading_rad,
+          std::atan2(toward_m.y(), toward_m.x()) - point.heading_rad};
+}
+
+// How a place moves with an unknown, and how its path's heading turns.
+struct Shift {
+  Eigen::Vector3d moved;
+  double turned = 0.0;
+};
+
+Shift by_path_length(const PowerCase& known, const Place& place) {
+  if (place.arc_rad == 0.0) return {Eigen::Vector3d::UnitX()};
+  return {{std::cos(place.arc_rad), known.bend * std::sin(place.arc_rad), 0.0},
+          known.bend / known.lane_radius_m()};
+}
+
+Shift by_radius(const PowerCase& known, const Place& place) {
+  const double arc_rad = place.arc_rad;
+  if (arc_rad == 0.0) return {Eigen::Vector3d::Zero()};
+  const double sine = std::sin(arc_rad), cosine = std::cos(arc_rad);
+  return {{sine - arc_rad * cosine, known.bend * (1.0 - cosine - arc_rad * sine), 0.0},
+          -known.bend * arc_rad / known.lane_radius_m()};
+}
+
+// Lanes are concentric: one nearer the bend's centre has a shorter radius.
+Shift by_lateral(const PowerCase& known, const Place& place) {
+  const auto [moved, turned] = by_radius(known, place);
+  return {Eigen::Vector3d::UnitY() - known.bend * moved, -known.bend * turned};
 }
 
 // cos(k x) by its recurrence in k.
@@ -49,6 +77,19 @@ Waves waves_at(double off_axis_rad) {
     now = 2.0 * first * now - std::exchange(before, now);
   }
   return waves;
+}
+
+// The slope of a sum of these cosines with such weights.
+double slope_of_waves(const Waves& weights, double off_axis_rad) {
+  constexpr double kPerRad = kPi / kBeamEdge_rad;
+  const double sine = std::sin(kPerRad * off_axis_rad);
+  const double cosine = std::cos(kPerRad * off_axis_rad);
+  double slope = 0.0, before = 0.0, now = sine;
+  for (std::size_t k = 0; k < kWaves; ++k) {
+    slope -= weights[k] * static_cast<double>(k + 1) * kPerRad * now;
+    now = 2.0 * cosine * now - std::exchange(before, now);
+  }
+  return slope;
 }
 
 std::vector<Place> places_of(const PowerCase& known, const PassMotion& motion,
@@ -107,7 +148,7 @@ class PassLight {
       : blocks_(series_blocks(series, kBlock_s, noise_w(series))),
         known_(known),
         motion_(motion),
-        ahead_m_(place_at(known, motion, motion.reference_s).ahead_m),
+        ahead_m_(place_at(known, motion, motion.reference_s).toward_m.x()),
         background_std_w_(series.background_std_w) {}
 
   std::size_t blocks() const { return blocks_.time_s.size(); }
@@ -129,17 +170,16 @@ class PassLight {
     if (!with_slopes) return found;
     found.slopes = Eigen::MatrixXd::Zero(kUnknowns, n + kPriors);
     found.slopes.block(kSpeedingUp, n, kPriors, kPriors).setIdentity();
-    if (!add_slopes_of_motion(z, ripple_nat, *light, found.slopes) ||
-        !add_slopes_of_case(z, ripple_nat, *light, found.slopes))
-      return std::nullopt;
+    add_log_slopes_of_places(z, ripple_nat, *light, found.slopes);
     for (std::size_t i = 0; i < blocks(); ++i) {
       const auto column = static_cast<Eigen::Index>(i);
       const double share = light->power_w[i] / blocks_.sigma_w[i];
+      found.slopes.col(column).head(kGain) *= share;
       found.slopes(kGain, column) = share * known_.log_gain_std;
       found.slopes(kDark, column) = background_std_w_ / blocks_.sigma_w[i];
       for (std::size_t k = 0; k < kWaves; ++k)
         found.slopes(kWave + static_cast<Eigen::Index>(k), column) =
-            share * light->waves[i][k] * ripple_nat / static_cast<double>(k + 1);
+            share * light->waves[i][k] * std_nat(ripple_nat, k);
     }
     return found;
   }
@@ -169,7 +209,7 @@ class PassLight {
   struct Light {
     std::vector<Place> places;
     std::vector<Waves> waves;
-    std::vector<double> beam;  // of what the law has
+    std::vector<double> log_distance2;
     std::vector<double> power_w;
   };
 
@@ -181,69 +221,78 @@ class PassLight {
     if (known.bend != 0.0 && !(known.lane_radius_m() > 0.0)) return std::nullopt;
     Light light{places_of(known, motion, blocks_.time_s), {}, {}, {}};
     for (const Place& place : light.places)
-      if (!(place.ahead_m > 0.0)) return std::nullopt;
+      if (!(place.toward_m.x() > 0.0)) return std::nullopt;
     light.waves = waves_of(known, light.places);
-    light.beam.reserve(blocks());
-    for (const Waves& waves : light.waves) {
-      double unlike = 0.0;
-      for (std::size_t k = 0; k < kWaves; ++k)
-        unlike +=
-            z[kWave + static_cast<int>(k)] * ripple_nat / static_cast<double>(k + 1) * waves[k];
-      light.beam.push_back(std::exp(unlike));
+    const Waves weights = weights_of(z, ripple_nat);
+    const PowerLaw& law = known.law;
+    std::vector<double> log_ahead;
+    for (const Place& place : light.places) {
+      light.log_distance2.push_back(place.toward_m.squaredNorm());
+      log_ahead.push_back(place.toward_m.x());
     }
-    light.power_w = power_of(known.law, light);
+    natural_logs(light.log_distance2, light.log_distance2);
+    natural_logs(log_ahead, log_ahead);
+    const double fall = 0.5 * (law.path_loss_exponent + law.cosine_exponent);
+    for (std::size_t i = 0; i < blocks(); ++i) {
+      double log_power = law.cosine_exponent * log_ahead[i] - fall * light.log_distance2[i];
+      for (std::size_t k = 0; k < kWaves; ++k) log_power += weights[k] * light.waves[i][k];
+      light.power_w.push_back(log_power);
+    }
+    exponentials(light.power_w, light.power_w);
+    for (double& power_w : light.power_w) power_w *= law.gain_w;
     return light;
   }
 
-  static std::vector<double> power_of(const PowerLaw& law, const Light& light) {
-    std::vector<double> power_w;
-    power_w.reserve(light.places.size());
-    for (std::size_t i = 0; i < light.places.size(); ++i)
-      power_w.push_back(law.power_w(light.places[i].ahead_m, light.places[i].apart_m) *
-                        light.beam[i]);
-    return power_w;
+  static double std_nat(double ripple_nat, std::size_t wave) {
+    return ripple_nat / static_cast<double>(wave + 1);
   }
 
-  // All that moves the vehicle moves it along its path.
-  bool add_slopes_of_motion(const Eigen::VectorXd& z, double ripple_nat, const Light& light,
-                            Eigen::MatrixXd& slopes) const {
-    constexpr double kStep_m = 1e-4;
+  static Waves weights_of(const Eigen::VectorXd& z, double ripple_nat) {
+    Waves weights;
+    for (std::size_t k = 0; k < kWaves; ++k)
+      weights[k] = z[kWave + static_cast<int>(k)] * std_nat(ripple_nat, k);
+    return weights;
+  }
+
+  // Of ln of the light, by all that moves the vehicle and by gamma.
+  void add_log_slopes_of_places(const Eigen::VectorXd& z, double ripple_nat, const Light& light,
+                                Eigen::MatrixXd& slopes) const {
     const PassMotion motion = motion_of(z);
-    PassMotion beyond = motion;
-    beyond.along_m += kStep_m;
-    const auto beside = light_of(z, beyond, ripple_nat);
-    if (!beside) return false;
+    const PowerCase known = known_of(z);
+    const PowerLaw& law = known.law;
+    const Waves weights = weights_of(z, ripple_nat);
+    const double along_m = ahead_m_ * std::exp(z[kLogAlong]);
+    Eigen::Vector<double, kGain> mean = Eigen::Vector<double, kGain>::Zero();
     for (std::size_t i = 0; i < blocks(); ++i) {
-      const double per_m = (beside->power_w[i] - light.power_w[i]) / kStep_m / blocks_.sigma_w[i];
-      const double tau_s = blocks_.time_s[i] - motion.reference_s;
+      const Place& place = light.places[i];
+      const double distance2_m2 = place.toward_m.squaredNorm();
+      Eigen::Vector3d fall =
+          -(law.path_loss_exponent + law.cosine_exponent) / distance2_m2 * place.toward_m;
+      fall.x() += law.cosine_exponent / place.toward_m.x();
+      const double by_off_axis = slope_of_waves(weights, place.off_axis_rad);
+      const double level2_m2 = place.toward_m.head<2>().squaredNorm();
       auto column = slopes.col(static_cast<Eigen::Index>(i));
-      column[kLogSpeed] = -per_m * tau_s * motion.speed_mps;
-      column[kLogAlong] = per_m * ahead_m_ * std::exp(z[kLogAlong]);
-      column[kSpeedingUp] = -0.5 * per_m * tau_s * tau_s * kAccelerationStd_mps2;
+      const auto add = [&](Unknown unknown, const Shift& shift, double per_unknown) {
+        const auto& [moved, turned] = shift;
+        const double swung =
+            (place.toward_m.x() * moved.y() - place.toward_m.y() * moved.x()) / level2_m2 - turned;
+        const double unlike = per_unknown * by_off_axis * swung;
+        column[unknown] = per_unknown * fall.dot(moved) + unlike;
+        mean[unknown] += unlike / static_cast<double>(blocks());
+      };
+      const double tau_s = blocks_.time_s[i] - motion.reference_s;
+      const Shift forward = by_path_length(known, place);
+      add(kLogSpeed, forward, -tau_s * motion.speed_mps);
+      add(kLogAlong, forward, along_m);
+      add(kSpeedingUp, forward, -0.5 * tau_s * tau_s * kAccelerationStd_mps2);
+      add(kAside, by_lateral(known, place), known.lateral_m.std);
+      add(kHeight, {Eigen::Vector3d::UnitZ()}, known.lamp_height_m.std);
+      if (known.bend != 0.0) add(kRadius, by_radius(known, place), known.radius_m.std);
+      column[kGamma] = known.exponent_std *
+                       (known.log_gain_per_exponent.value_or(0.0) - 0.5 * light.log_distance2[i]);
     }
-    return true;
-  }
-
-  bool add_slopes_of_case(const Eigen::VectorXd& z, double ripple_nat, const Light& light,
-                          Eigen::MatrixXd& slopes) const {
-    constexpr double kStep = 1e-5;
-    const auto add = [&](Unknown unknown, const std::vector<double>& beside_w) {
-      for (std::size_t i = 0; i < blocks(); ++i)
-        slopes(unknown, static_cast<Eigen::Index>(i)) =
-            (beside_w[i] - light.power_w[i]) / kStep / blocks_.sigma_w[i];
-    };
-    Eigen::VectorXd steeper = z;
-    steeper[kGamma] += kStep;
-    add(kGamma, power_of(known_of(steeper).law, light));  // from the same places
-    for (const Unknown unknown : {kAside, kHeight, kRadius}) {
-      if (unknown == kRadius && known_.bend == 0.0) continue;
-      Eigen::VectorXd beside = z;
-      beside[unknown] += kStep;
-      const auto there = light_of(beside, motion_of(z), ripple_nat);
-      if (!there) return false;
-      add(unknown, there->power_w);
-    }
-    return true;
+    if (!known.log_gain_per_exponent) return;
+    slopes.topLeftCorner(kGain, static_cast<Eigen::Index>(blocks())).colwise() -= mean;
   }
 
   SeriesBlocks blocks_;

@@ -98,12 +98,14 @@ Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, do
   if (!here) return Miss::not_converged;
   Minimum best{std::move(start), here->cost, here->information(), 0};
   double damping = 0.0;
+  std::optional<Eigen::MatrixXd> hessian;  // at `best`
   for (; best.iterations < kMostIterations && damping < kMostDamping; ++best.iterations) {
     // Scaled to a unit diagonal: unknowns differ by many orders.
     const Eigen::VectorXd scale = best.information.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::VectorXd gradient = here->gradient();
     const bool quick = best.iterations < kQuickIterations;
-    const Eigen::MatrixXd normal = quick ? best.information : curvature(residuals, best, gradient);
+    if (!quick && !hessian) hessian = curvature(residuals, best, gradient);
+    const Eigen::MatrixXd& normal = quick ? best.information : *hessian;
     Eigen::MatrixXd damped = scale.asDiagonal() * normal * scale.asDiagonal();
     damped.diagonal().array() += damping;
     const Eigen::LDLT<Eigen::MatrixXd> solver(damped);
@@ -121,6 +123,7 @@ Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, do
       if (there && there->cost <= best.cost) {
         const double gain = best.cost - there->cost;
         here = std::move(there);
+        hessian.reset();
         best.unknowns = std::move(next);
         best.cost = here->cost;
         best.information = here->information();

@@ -54,6 +54,22 @@ TEST(BeamDoubt, GrowsWithWhatTheLightShows) {
   EXPECT_GT(*much, 0.1);
 }
 
+// What a cosine adds throughout is in K, what it changes while the vehicle comes is not.
+TEST(BeamDoubt, GrowsWhereTheGainWasFittedToTheLight) {
+  constexpr double kRipple_nat = 0.4;
+  PowerCase fitted = case_of();
+  fitted.exponent_std = 0.1;
+  fitted.log_gain_per_exponent = 3.0;
+  for (const double reference_s : {-1.0, 0.0, 1.0}) {
+    PassMotion start = motion_of();
+    start.reference_s = reference_s;
+    start.along_m -= kSpeed_mps * reference_s;
+    const auto ripple = beam_ripple_nat(light_of(3, kRipple_nat), fitted, start);
+    ASSERT_TRUE(ripple);
+    EXPECT_GT(*ripple, kRipple_nat);
+  }
+}
+
 // Of the total light the pull of each cosine is its mean, weighted with the light.
 TEST(BeamDoubt, AddsThePullsInQuadrature) {
   constexpr double kRipple_nat = 0.2;

@@ -1,6 +1,7 @@
 #include "estimate/solve.h"
 
 #include <cmath>
+#include <vector>
 
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>
@@ -87,6 +88,27 @@ TEST(Descend, EndsWhereLargeResidualsBend) {
   EXPECT_NEAR(minimum.unknowns[0], 0.0, kTolerance);
   EXPECT_LT(minimum.iterations, 20);
   EXPECT_NEAR(minimum.information(0, 0), 2.0, 1e-5);
+}
+
+TEST(Descend, AsksForSlopesOnceAtAPlace) {
+  // The same valley with a residual that stays large: steps by the cost's own curvature are refused
+  // again and again, which changes nothing of it.
+  std::vector<Eigen::Vector2d> asked;
+  const auto wide = [&](const Eigen::VectorXd& x, bool with_slopes) {
+    auto found = valley(x, with_slopes);
+    found->values.conservativeResize(3);
+    found->values[2] = 0.3 * x[0] * x[1];
+    found->cost = 0.5 * found->values.squaredNorm();
+    if (!with_slopes) return found;
+    found->slopes.conservativeResize(2, 3);
+    found->slopes.col(2) << 0.3 * x[1], 0.3 * x[0];
+    asked.emplace_back(x);
+    return found;
+  };
+  const auto outcome = descend(wide, Eigen::Vector2d(-1.2, 1.0), 1e-6);
+  ASSERT_TRUE(std::holds_alternative<Minimum>(outcome));
+  for (std::size_t i = 0; i < asked.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k) EXPECT_NE(asked[i], asked[k]) << k << " and " << i;
 }
 
 TEST(Descend, StaysInsideTheDomain) {
