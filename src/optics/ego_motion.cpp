@@ -31,35 +31,48 @@ double EgoMotion::speed_mps(double time_s) const {
   return site_.trace.empty() ? site_.speed_mps.mean : interpolated(time_s, &EgoSample::speed_mps);
 }
 
+template <class TurnRate>
+DrivenPose EgoMotion::driven(DrivenPose pose, double to_s,
+                             const TurnRate& turn_rate_rad_per_s) const {
+  // Traces are given at 1 to 50 Hz; stamps may jump by years.
+  constexpr double kStep_s = 0.02, kMostSteps = 1e5;
+  const double from_s = pose.time_s, span_s = to_s - from_s;
+  const double steps = std::clamp(std::ceil(std::abs(span_s) / kStep_s), 1.0, kMostSteps);
+  const double step_s = span_s / steps;
+  for (double step = 0.5; step < steps; ++step) {
+    const double middle_s = from_s + step * step_s;
+    const double length_m = speed_mps(middle_s) * step_s;
+    const double turn_rad = turn_rate_rad_per_s(middle_s, pose.way_m) * step_s;
+    const double middle_rad = pose.heading_rad + 0.5 * turn_rad;
+    pose.x_m += length_m * std::cos(middle_rad);
+    pose.y_m += length_m * std::sin(middle_rad);
+    pose.heading_rad += turn_rad;
+    pose.way_m += length_m;
+  }
+  pose.time_s = to_s;
+  return pose;
+}
+
+DrivenPose EgoMotion::driven(const DrivenPose& from, double to_s) const {
+  return driven(from, to_s, [this](double time_s, double way_m) {
+    if (turns_known_) return interpolated(time_s, &EgoSample::yaw_rate_rad_per_s);
+    return way_m < straight_m_ ? 0.0 : road_curvature_per_m_ * speed_mps(time_s);
+  });
+}
+
 EgoDeviation EgoMotion::deviation(double reference_s, double time_s) const {
   EgoDeviation deviation;
   deviation.curvature_per_m = curvature_per_m_;
   if (!moving_ || site_.trace.empty()) return deviation;
-  const double span_s = time_s - reference_s;
-  constexpr double kStep_s = 0.02;  // traces are given at 1 to 50 Hz
-  const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(span_s) / kStep_s)));
-  const double step_s = span_s / steps;
-  for (int i = 0; i < steps; ++i) {
-    const double middle_s = reference_s + (i + 0.5) * step_s;
-    const double length_m = speed_mps(middle_s) * step_s;
-    double turn_rad = 0.0;
-    if (turns_known_) {
-      turn_rad = interpolated(middle_s, &EgoSample::yaw_rate_rad_per_s) * step_s -
-                 curvature_per_m_ * length_m;
-      deviation.way_m += length_m;
-    }
-    const double middle_rad = deviation.heading_rad + 0.5 * turn_rad;
-    deviation.ahead_m += length_m * std::cos(middle_rad);
-    deviation.left_m += length_m * std::sin(middle_rad);
-    deviation.heading_rad += turn_rad;
-  }
-  deviation.ahead_m -= speed_mps(reference_s) * span_s;
+  const DrivenPose pose = driven({.time_s = reference_s}, time_s, [this](double at_s, double) {
+    if (!turns_known_) return 0.0;
+    return interpolated(at_s, &EgoSample::yaw_rate_rad_per_s) - curvature_per_m_ * speed_mps(at_s);
+  });
+  deviation.ahead_m = pose.x_m - speed_mps(reference_s) * (time_s - reference_s);
+  deviation.left_m = pose.y_m;
+  deviation.heading_rad = pose.heading_rad;
+  if (turns_known_) deviation.way_m = pose.way_m;
   return deviation;
-}
-
-double EgoMotion::turn_rate_rad_per_s(double time_s, double way_m) const {
-  if (turns_known_) return interpolated(time_s, &EgoSample::yaw_rate_rad_per_s);
-  return way_m < straight_m_ ? 0.0 : road_curvature_per_m_ * speed_mps(time_s);
 }
 
 bool EgoMotion::covers(double from_s, double to_s) const {

@@ -18,6 +18,14 @@ struct EgoDeviation {
   double curvature_per_m = 0.0;  ///< of the road as left_m and heading_rad take it; left: positive
 };
 
+/// Where the camera's own vehicle is: in a plane in which it was at the origin and headed along x.
+struct DrivenPose {
+  double time_s = 0.0;
+  double x_m = 0.0, y_m = 0.0;
+  double heading_rad = 0.0;  ///< anticlockwise from x
+  double way_m = 0.0;        ///< driven since the origin
+};
+
 /// Motion of the camera over the ground: none, a constant speed, or a trace.
 class EgoMotion {
  public:
@@ -29,14 +37,17 @@ class EgoMotion {
   /// Standard deviation of speed_mps, from the site file's `speed_mps`; 0 where it is called known.
   double speed_std_mps() const { return moving_ ? site_.speed_mps.std : 0.0; }
   EgoDeviation deviation(double reference_s, double time_s) const;
-  /// Anticlockwise: as yaw rates say, else as the road's line y = 0 turns `way_m` from where the
-  /// clip began.
-  double turn_rate_rad_per_s(double time_s, double way_m) const;
+  /// Driven on, or back, from a pose: it turns as yaw rates say, else as the road's line y = 0
+  /// turns `way_m` from where the clip began.
+  DrivenPose driven(const DrivenPose& from, double to_s) const;
   /// Whether a trace, if one is used, spans the interval; beyond its ends the last speed is held.
   bool covers(double from_s, double to_s) const;
 
  private:
   double interpolated(double time_s, double EgoSample::*field) const;
+  /// `turn_rate_rad_per_s(time_s, way_m)`, anticlockwise.
+  template <class TurnRate>
+  DrivenPose driven(DrivenPose pose, double to_s, const TurnRate& turn_rate_rad_per_s) const;
 
   EgoSite site_;
   double road_curvature_per_m_ = 0.0, straight_m_ = 0.0;  ///< of the road's line y = 0

@@ -38,28 +38,10 @@ DriveAttitude::DriveAttitude(const Site& site)
       focal_px_(camera_.focal_px()),
       ego_(*site.ego, site.road) {}
 
-DriveAttitude::Moment DriveAttitude::moved(const Moment& from, double to_s) const {
-  constexpr double kLongestStep_s = 0.02;
-  Moment to{0, to_s, from.way_m, from.place_m, from.heading_rad, {}};
-  const double span_s = to_s - from.time_s;
-  const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(span_s) / kLongestStep_s)));
-  for (int i = 0; i < steps; ++i) {
-    const double middle_s = from.time_s + (i + 0.5) * span_s / steps;
-    const double length_m = ego_.speed_mps(middle_s) * span_s / steps;
-    const double turn_rad = ego_.turn_rate_rad_per_s(middle_s, to.way_m) * span_s / steps;
-    const double along_rad = to.heading_rad + 0.5 * turn_rad;
-    to.place_m += length_m * Eigen::Vector2d(std::cos(along_rad), std::sin(along_rad));
-    to.heading_rad += turn_rad;
-    to.way_m += length_m;
-  }
-  return to;
-}
-
 void DriveAttitude::begin(std::int64_t frame, double time_s) {
-  Moment moment = moments_.empty() ? Moment{} : moved(moments_.back(), time_s);
-  moment.frame = frame;
-  moment.time_s = time_s;
-  moments_.push_back(std::move(moment));
+  const DrivenPose pose =
+      moments_.empty() ? DrivenPose{.time_s = time_s} : ego_.driven(moments_.back().pose, time_s);
+  moments_.push_back({frame, pose, {}});
 }
 
 std::size_t DriveAttitude::index_of(std::int64_t frame) const {
@@ -95,14 +77,15 @@ std::vector<CameraTurn> DriveAttitude::turns_between(std::size_t from, std::size
     for (const auto& [light, sighting] : moments_[i].seen) {
       const auto number = numbers.find(light);
       if (number == numbers.end()) continue;
-      const Moment seen_from = moved(moments_[i], sighting.time_s);
-      problem.sightings.push_back({i - from, number->second, sighting.time_s, seen_from.place_m,
+      const DrivenPose seen_from = ego_.driven(moments_[i].pose, sighting.time_s);
+      problem.sightings.push_back({i - from, number->second, sighting.time_s,
+                                   Eigen::Vector2d(seen_from.x_m, seen_from.y_m),
                                    seen_from.heading_rad, sighting.at_px / focal_px_,
                                    std::max(sighting.sigma_px, kLeastSigma_px) / focal_px_});
     }
   const auto found = solve_turns(problem);
   std::vector<CameraTurn> turns;
-  const double seconds = moments_[to - 1].time_s - moments_[from].time_s;
+  const double seconds = moments_[to - 1].pose.time_s - moments_[from].pose.time_s;
   if (!found || !shakes(*found, focal_px_, seconds)) return turns;
   for (std::size_t i = 0; i < problem.frames; ++i)
     turns.push_back({found->rotation_rad[i], found->covariance[i], found->mean_std_rad});

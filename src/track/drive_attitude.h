@@ -44,16 +44,12 @@ class DriveAttitude {
   /// A frame, and where the camera's vehicle was.
   struct Moment {
     std::int64_t frame = 0;
-    double time_s = 0.0;
-    double way_m = 0.0;
-    Eigen::Vector2d place_m = Eigen::Vector2d::Zero();
-    double heading_rad = 0.0;
+    DrivenPose pose;
     std::vector<Seen> seen;
   };
 
   /// Of the first moment at or after a frame.
   std::size_t index_of(std::int64_t frame) const;
-  Moment moved(const Moment& from, double to_s) const;
   std::vector<CameraTurn> turns_between(std::size_t from, std::size_t to) const;
 
   Camera camera_;

@@ -347,7 +347,7 @@ TEST(Delay, AMismatchFarBeyondWhatTheSiteSaysGivesNoWildSpeed) {
     const double truth_mps = vehicle.speed_at_mps(fit->speed.time_s);
     EXPECT_NEAR(fit->speed.speed_mps / truth_mps, 1.0, kUnlike) << "tilt " << tilt;
   }
-  EXPECT_GT(measured, 0) << "not by giving none";
+  EXPECT_GE(measured, 2) << "not by giving none";
 }
 
 TEST(Delay, WhatItCannotDoIsNamed) {
