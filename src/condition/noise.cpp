@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <optional>
+#include <span>
 
 #include "condition/condition.h"
 #include "core/quantity.h"
@@ -59,12 +60,35 @@ struct Level {
   double sigma_w = 0.0;
 };
 
+double sigma_of_mean(const PowerTrace& trace, double samples) {
+  return std::hypot(trace.noise_sigma_w / std::sqrt(samples), trace.rounding_sigma_w);
+}
+
+/// How fast light may grow on `floor`: by its slope and two sigma.
+double most_growth_w_per_s(std::span<const PowerBlock> floor, const PowerTrace& trace) {
+  constexpr double kSigmas = 2.0;
+  const auto count = static_cast<double>(floor.size());
+  double samples = 0.0, mean_s = 0.0;
+  for (const PowerBlock& block : floor) {
+    samples += block.samples;
+    mean_s += block.time_s / count;
+  }
+  double variance_s2 = 0.0, covariance_ws = 0.0;
+  for (const PowerBlock& block : floor) {
+    variance_s2 += std::pow(block.time_s - mean_s, 2) / count;
+    covariance_ws += (block.time_s - mean_s) * block.power_w / count;
+  }
+  return std::max(0.0, covariance_ws / variance_s2) +
+         kSigmas * sigma_of_mean(trace, samples) / std::sqrt(variance_s2);
+}
+
 /// The lowest level, where light of a vehicle falls to it at once and it holds for a third of a
-/// second: a follower's light would grow meanwhile, by more than the noise of a block where it is
-/// more than some ten times that.
-std::optional<Level> floor_after_a_fall(const std::vector<PowerBlock>& blocks,
-                                        double block_sigma_w) {
-  constexpr double kHeld_s = 0.3, kFall_s = 0.5, kLeastFall = 0.2;
+/// second; as sure as it is that no follower shines into it. Light that grows as K / t^2, t the time
+/// until its vehicle is past, does so by 2 K / t^3: what grows by g is cbrt(K) (g / 2)^(2/3). K is
+/// that of the vehicle that left; three sigma allow a follower 27 times as bright.
+std::optional<Level> floor_after_a_fall(const std::vector<PowerBlock>& blocks, double block_sigma_w,
+                                        const PowerTrace& trace) {
+  constexpr double kHeld_s = 0.3, kFall_s = 0.5, kLeastFall = 0.2, kApproach_s = 2.0;
   constexpr double kLevelSigmas = 4.0;
   const auto dimmer = [](const PowerBlock& one, const PowerBlock& other) {
     return one.power_w < other.power_w;
@@ -78,13 +102,21 @@ std::optional<Level> floor_after_a_fall(const std::vector<PowerBlock>& blocks,
   const double from_s = before->time_s, to_s = std::prev(after)->time_s;
   if (to_s - from_s < kHeld_s) return std::nullopt;
   const double fall_w = lowest->power_w + kLeastFall * (brightest->power_w - lowest->power_w);
-  const bool falls = std::any_of(blocks.begin(), before, [&](const PowerBlock& block) {
-    return block.time_s > from_s - kFall_s && block.power_w > fall_w;
-  });
+  bool falls = false;
+  double brightness_ws2 = 0.0;
+  for (auto block = blocks.begin(); block != before; ++block) {
+    const double until_s = from_s - block->time_s;
+    falls = falls || (until_s < kFall_s && block->power_w > fall_w);
+    if (until_s < kApproach_s)
+      brightness_ws2 =
+          std::max(brightness_ws2, (block->power_w - lowest->power_w) * until_s * until_s);
+  }
   if (!falls) return std::nullopt;
   std::vector<double> means_w;
   for (auto block = before; block != after; ++block) means_w.push_back(block->power_w);
-  return Level{median_of(means_w), kLevelSigmas * block_sigma_w};
+  const double follower_w = std::cbrt(
+      brightness_ws2 * std::pow(0.5 * most_growth_w_per_s({before, after}, trace), 2));
+  return Level{median_of(means_w), std::hypot(kLevelSigmas * block_sigma_w, follower_w)};
 }
 
 Level dark_level(const PowerTrace& trace) {
@@ -111,12 +143,14 @@ Level dark_level(const PowerTrace& trace) {
   const double block_sigma_w = median_of(sigmas_w);
   const double lowest_w = *std::min_element(means_w.begin(), means_w.end());
   // A dark stretch has a floor that noise alone goes below. Where the trace goes on falling there
-  // was light of vehicles throughout, unless one left that stood before a floor; otherwise the
-  // ambient may be anything from none to the lowest seen.
+  // was light of vehicles throughout, and the ambient may be anything from none to the lowest seen,
+  // unless one left that stood before a floor.
   constexpr double kFloorSigmas = 6.0;
-  if (low_w - lowest_w > kFloorSigmas * block_sigma_w)
-    return floor_after_a_fall(blocks, block_sigma_w)
-        .value_or(Level{0.5 * lowest_w, std::max(0.5 * std::abs(lowest_w), low_w - lowest_w)});
+  if (low_w - lowest_w > kFloorSigmas * block_sigma_w) {
+    const Level any{0.5 * lowest_w, std::max(0.5 * std::abs(lowest_w), low_w - lowest_w)};
+    const auto floor = floor_after_a_fall(blocks, block_sigma_w, trace);
+    return floor && floor->sigma_w < any.sigma_w ? *floor : any;
+  }
   const double limit_w = low_w + 4.0 * block_sigma_w;
   std::erase_if(means_w, [limit_w](double mean_w) { return mean_w > limit_w; });
   return {median_of(means_w), block_sigma_w / std::sqrt(static_cast<double>(means_w.size()))};

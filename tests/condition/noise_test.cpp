@@ -102,12 +102,40 @@ TEST(Noise, TheFloorRightAfterAVehicleIsTheAmbient) {
   };
   const PowerTrace told = vehicle_until(7.5, 8.0);
   EXPECT_NEAR(told.ambient_w, kAmbient_w, 2.0 * told.ambient_sigma_w);
-  EXPECT_LT(told.ambient_sigma_w, 1e-4) << "half a second in eight is dark";
+  EXPECT_LT(told.ambient_sigma_w, 1e-3) << "half a second in eight is dark";
   EXPECT_GT(vehicle_until(7.9, 8.0).ambient_sigma_w, 0.01) << "too short to tell it from light";
   const PowerTrace far_first = trace_of(1000, 3, [&](double t) {
     return kAmbient_w + 50.0 * passing_w(t, 8.0) + random.normal(0.0, kSigma_w);
   });
   EXPECT_GT(far_first.ambient_sigma_w, 0.01) << "the lowest light is that of a far vehicle";
+}
+
+TEST(Noise, LightOfAFollowerIsNotToldAsAmbient) {
+  constexpr double kAmbient_w = 0.05;
+  Random random(8);
+  for (const double sigma_w : {2e-5, 1e-4, 5e-4})
+    for (const double brighter : {0.5, 1.0, 4.0})
+      for (double behind_s = 8.0; behind_s <= 30.0; behind_s += 1.0) {
+        const PowerTrace trace = trace_of(1000, 8, [&](double t) {
+          return kAmbient_w + 50.0 * passing_w(t, 7.5) +
+                 brighter * 50.0 * passing_w(t, 7.5 + behind_s) + random.normal(0.0, sigma_w);
+        });
+        EXPECT_LT(std::abs(trace.ambient_w - kAmbient_w), 3.0 * trace.ambient_sigma_w)
+            << brighter << " times as bright, " << behind_s << " s behind, noise " << sigma_w;
+      }
+}
+
+TEST(Noise, WithoutNoiseAThirdOfASecondTellsTheAmbient) {
+  constexpr double kAmbient_w = 0.05;
+  const auto vehicles = [](double follower) {
+    return trace_of(1000, 7.95, [follower](double t) {
+      return kAmbient_w + 50.0 * passing_w(t, 7.5) + follower * passing_w(t, 17.5);
+    });
+  };
+  const PowerTrace alone = vehicles(0.0);
+  EXPECT_NEAR(alone.ambient_w, kAmbient_w, 1e-8);
+  EXPECT_LT(alone.ambient_sigma_w, 1e-3 * kAmbient_w);
+  EXPECT_GT(vehicles(50.0).ambient_sigma_w, 0.01) << "a follower's light grows";
 }
 
 TEST(Noise, RoundingThatNoiseDoesNotEvenOutStaysInMeans) {
