@@ -115,17 +115,8 @@ std::optional<PowerTrace> alone_on_trace(const PowerTrace& trace, double time_of
   const double to_s = std::min(best.to_s, own.to_s + kMargin_s) - time_offset_s;
   const auto first = std::lower_bound(trace.time_s.begin(), trace.time_s.end(), from_s);
   const auto last = std::upper_bound(first, trace.time_s.end(), to_s);
-  PowerTrace cut;
-  cut.photodiode_id = trace.photodiode_id;
-  cut.photodiode = trace.photodiode;
-  cut.sample_period_s = trace.sample_period_s;
-  cut.noise_sigma_w = trace.noise_sigma_w;
-  cut.ambient_w = trace.ambient_w;
-  cut.ambient_sigma_w = trace.ambient_sigma_w;
-  cut.time_s.assign(first, last);
-  cut.power_w.assign(trace.power_w.begin() + (first - trace.time_s.begin()),
-                     trace.power_w.begin() + (last - trace.time_s.begin()));
-  return cut;
+  const auto power_from = trace.power_w.begin() + (first - trace.time_s.begin());
+  return PowerTrace{trace, {first, last}, {power_from, power_from + (last - first)}};
 }
 
 }  // namespace vildar

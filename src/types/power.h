@@ -25,13 +25,10 @@ struct PhotodiodeRecording {
   std::vector<std::string> warnings;  ///< each names file, line, fault and remedy
 };
 
-/// Power of one photodiode on strictly increasing times; gaps are simply absent samples.
-struct PowerTrace {
+/// What is known of a photodiode's trace as a whole, and of any part of it.
+struct PowerTraceFacts {
   std::string photodiode_id;
-  int photodiode = 0;          ///< index into Site::photodiodes
-  std::vector<double> time_s;  ///< photodiode clock
-  std::vector<float>
-      power_w;  ///< ambient's mean level not yet removed; negative within noise is noise
+  int photodiode = 0;             ///< index into Site::photodiodes
   double sample_period_s = 0.0;   ///< median spacing
   double noise_sigma_w = 0.0;     ///< of one sample, from successive differences; white part only
   double rounding_sigma_w = 0.0;  ///< of the converter's steps in a mean of many samples, where
@@ -42,6 +39,15 @@ struct PowerTrace {
   double flicker_w = 0.0;         ///< amplitude of the mains flicker taken out
   double drift_w = 0.0;           ///< range of the slow changes of ambient light taken out
   std::map<std::string, std::int64_t> rejected;  ///< reason -> samples left out
+
+  bool operator==(const PowerTraceFacts&) const = default;
+};
+
+/// Power of one photodiode on strictly increasing times; gaps are simply absent samples.
+struct PowerTrace : PowerTraceFacts {
+  std::vector<double> time_s;  ///< photodiode clock
+  std::vector<float>
+      power_w;  ///< ambient's mean level not yet removed; negative within noise is noise
 };
 
 /// Mean power over one block of a trace.
