@@ -100,18 +100,22 @@ void add_runs(const std::vector<float>& values, std::size_t least, AtEnd is_at_e
   }
 }
 
-/// Whether the samples beyond the ends of `runs` go to and fro by noise, as they do where a
-/// converter's end cuts a trace; the light next to what is dark in a trace without noise rises or
-/// falls.
-bool noisy_beyond(const std::vector<float>& values, const std::vector<Span>& runs) {
-  constexpr std::size_t kBeyond = 12;
+/// Whether the samples beyond the ends of `runs` go to and fro by noise, white or as slow as 10 Hz,
+/// as they do where a converter's end cuts a trace; the light next to what is dark in a trace
+/// without noise rises or falls.
+bool noisy_beyond(const std::vector<float>& values, double period_s,
+                  const std::vector<Span>& runs) {
+  constexpr std::size_t kFewest = 12, kOneIn = 4;
+  constexpr double kBeyond_s = 0.2;
   constexpr int kTurns = 2;  // light that peaks there turns once
-  constexpr std::size_t kOneIn = 4;
+  const auto beyond =
+      std::max(kFewest, static_cast<std::size_t>(std::ceil(std::min(kBeyond_s / period_s, 1e6))));
   std::size_t ends = 0, noisy = 0;
-  const auto look = [&](std::size_t first) {
+  const auto look = [&](std::size_t first, std::size_t last) {
+    if (last - first < kFewest) return;
     int turns = 0;
     bool rises = false, falls = false;
-    for (std::size_t i = first; i + 1 < first + kBeyond; ++i) {
+    for (std::size_t i = first; i + 1 < last && turns < kTurns; ++i) {
       const bool up = values[i + 1] > values[i], down = values[i + 1] < values[i];
       turns += (up && falls) || (down && rises) ? 1 : 0;
       rises = up || (rises && !down);
@@ -121,14 +125,14 @@ bool noisy_beyond(const std::vector<float>& values, const std::vector<Span>& run
     noisy += turns >= kTurns ? 1 : 0;
   };
   for (const Span& run : runs) {
-    if (run.first >= kBeyond) look(run.first - kBeyond);
-    if (run.last + kBeyond <= values.size()) look(run.last);
+    look(run.first - std::min(beyond, run.first), run.first);
+    look(run.last, std::min(run.last + beyond, values.size()));
   }
-  return ends <= kOneIn * noisy;
+  return ends > 0 && ends <= kOneIn * noisy;
 }
 
 /// Runs of clipped samples, in order.
-std::vector<Span> clipped(const std::vector<float>& values, const Rails& rails) {
+std::vector<Span> clipped(const std::vector<float>& values, double period_s, const Rails& rails) {
   std::vector<Span> runs;
   const Eigen::Map<const Eigen::ArrayXf> array(values.data(),
                                                static_cast<Eigen::Index>(values.size()));
@@ -151,7 +155,8 @@ std::vector<Span> clipped(const std::vector<float>& values, const Rails& rails) 
     std::vector<Span> lowest;
     add_runs(
         values, least, [low](float value) { return value == low; }, lowest);
-    if (noisy_beyond(values, lowest)) runs.insert(runs.end(), lowest.begin(), lowest.end());
+    if (noisy_beyond(values, period_s, lowest))
+      runs.insert(runs.end(), lowest.begin(), lowest.end());
   }
   std::sort(runs.begin(), runs.end(),
             [](const Span& one, const Span& other) { return one.first < other.first; });
@@ -265,8 +270,10 @@ CleanSamples clean_samples(const std::vector<double>& time_s, const std::vector<
   put_in_order(finite);
   if (finite.values.empty()) return finite;
 
-  leave_out(clipped(finite.values, rails_of(finite.values, quantity, photodiode)), "clipped",
-            finite);
+  const double period_s =
+      (finite.time_s.back() - finite.time_s.front()) / static_cast<double>(finite.time_s.size());
+  leave_out(clipped(finite.values, period_s, rails_of(finite.values, quantity, photodiode)),
+            "clipped", finite);
   leave_out(stuck_runs(finite.time_s, finite.values), "stuck", finite);
   return finite;
 }

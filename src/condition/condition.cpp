@@ -76,7 +76,11 @@ std::vector<PowerTrace> condition(const PhotodiodeRecording& recording, const Si
       trace.rejected["negative"] = negative;
       set_levels(trace);
     }
-    if (remove_flicker(trace, site.mains_hz); trace.flicker_w > 0.0) set_levels(trace);
+    if (remove_flicker(trace, site.mains_hz); trace.flicker_w > 0.0) {
+      // What the converter's steps hid stays hidden, though a wave now lies over them.
+      const bool hidden = trace.rounding_sigma_w > 0.0;
+      hidden ? set_ambient(trace) : set_levels(trace);
+    }
     remove_drift(trace);
     traces.push_back(std::move(trace));
   }

@@ -16,15 +16,16 @@ namespace vildar {
 /// - `out_of_order` and `repeated`: the fewest samples whose removal leaves times strictly
 /// increasing;
 /// - `clipped`: samples at an end of the range. The ends come from `full_scale_v`, for
-/// whole-numbered counts also
-///   from 0 and from a maximum that is the top code of a converter; where neither is known, runs
-///   of 5 or more exactly equal samples at the trace's maximum or minimum count as clipped, longer
-///   ones where the converter makes neighbours equal anyhow (its minimum then counts as dark);
+///   whole-numbered counts also from 0 and from a maximum that is the top code of a converter;
+///   where neither is known, runs of 5 or more exactly equal samples at the trace's maximum count
+///   as clipped, or at its minimum where the samples beside them show noise; longer ones where the
+///   converter makes neighbours equal anyhow (its minimum then counts as dark);
 /// - `stuck`: a value held for 0.05 s or more, longer than the noise about it allows (a hang);
 /// - `negative`: samples below zero by far more than the noise and the darkest part explain.
 ///
 /// `ambient_w` is the level of the darkest part of the trace in 50 ms means (whole periods of 100
-/// and 120 Hz flicker). Where vehicles are near throughout, it contains their light. Throws
+/// and 120 Hz flicker), or the floor that light of a vehicle falls to; `ambient_sigma_w` covers the
+/// light of vehicles that may be near throughout. Throws
 /// InputError, naming the id or the site key, where a channel matches no photodiode or a factor
 /// that turns its quantity into watts is missing.
 std::vector<PowerTrace> condition(const PhotodiodeRecording& recording, const Site& site);
@@ -32,7 +33,8 @@ std::vector<PowerTrace> condition(const PhotodiodeRecording& recording, const Si
 /// Means over consecutive blocks of `block_s` from `from_s` up to `to_s`, photodiode clock. A block
 /// that a gap (more than 2.5 sample periods) cuts keeps its longest unbroken part and is dropped
 /// where that is under half of it; times are those of the middle of what was used, sigmas those of
-/// white noise and of rounding. Throws std::invalid_argument unless block_s > 0 and from_s <= to_s, both finite.
+/// white noise and of rounding. Throws std::invalid_argument unless block_s > 0 and
+/// from_s <= to_s, both finite.
 std::vector<PowerBlock> block_means(const PowerTrace& trace, double from_s, double to_s,
                                     double block_s);
 

@@ -27,6 +27,21 @@ struct Noise {
   double rounding_sigma_w = 0.0;  ///< left in a mean of many
 };
 
+/// Share of the steps that are of noise: it makes as many up as down, where light that rises or
+/// falls makes steps one way.
+double share_to_and_fro(const std::vector<double>& steps_w) {
+  constexpr std::size_t kTogether = 500;
+  double share = 0.0;
+  for (std::size_t first = 0; first < steps_w.size(); first += kTogether) {
+    const auto some =
+        std::span(steps_w).subspan(first, std::min(kTogether, steps_w.size() - first));
+    const auto up = std::ranges::count_if(some, [](double step_w) { return step_w > 0.0; });
+    const auto down = std::ranges::count_if(some, [](double step_w) { return step_w < 0.0; });
+    share += 2.0 * static_cast<double>(std::min(up, down)) / static_cast<double>(steps_w.size());
+  }
+  return share;
+}
+
 /// Differences of neighbours are blind to slow light; their median is blind to edges.
 Noise noise_of(const PowerTrace& trace) {
   constexpr double kSigmaFromMedian = 0.6744897501960817;  // median of |x|, x standard normal
@@ -34,22 +49,21 @@ Noise noise_of(const PowerTrace& trace) {
   double smallest_step_w = 0.0;
   for_a_selection(trace.time_s.size(), [&](std::size_t i) {
     if (trace.time_s[i] - trace.time_s[i - 1] > 1.5 * trace.sample_period_s) return;
-    const double step_w = std::abs(static_cast<double>(trace.power_w[i]) - trace.power_w[i - 1]);
+    const double step_w = static_cast<double>(trace.power_w[i]) - trace.power_w[i - 1];
     steps_w.push_back(step_w);
-    if (step_w > 0.0 && (smallest_step_w == 0.0 || step_w < smallest_step_w))
-      smallest_step_w = step_w;
+    if (step_w != 0.0 && (smallest_step_w == 0.0 || std::abs(step_w) < smallest_step_w))
+      smallest_step_w = std::abs(step_w);
   });
   if (steps_w.empty()) return {};
-  if (const double sigma_w = median_of(steps_w) / (kSigmaFromMedian * std::sqrt(2.0));
+  std::vector<double> sizes_w(steps_w.size());
+  std::ranges::transform(steps_w, sizes_w.begin(), [](double step_w) { return std::abs(step_w); });
+  if (const double sigma_w = median_of(sizes_w) / (kSigmaFromMedian * std::sqrt(2.0));
       sigma_w > 0.0)
     return {sigma_w};
   // Neighbours mostly equal: the converter's step hides the noise, which then is that of rounding.
   // Noise of s steps makes 1 - 2 s / sqrt(pi) of them equal, and leaves exp(-2 pi^2 s^2) of the
   // rounding in a mean (Widrow and Kollar, Quantization Noise, Cambridge 2008, chapter 4).
-  const double changes = static_cast<double>(std::ranges::count_if(
-                             steps_w, [](double step_w) { return step_w > 0.0; })) /
-                         static_cast<double>(steps_w.size());
-  const double steps = 0.5 * std::sqrt(kPi) * changes;
+  const double steps = 0.5 * std::sqrt(kPi) * share_to_and_fro(steps_w);
   const double rounding_w = smallest_step_w / std::sqrt(12.0);
   return {rounding_w, rounding_w * std::exp(-2.0 * kPi * kPi * steps * steps)};
 }
@@ -83,9 +97,9 @@ double most_growth_w_per_s(std::span<const PowerBlock> floor, const PowerTrace& 
 }
 
 /// The lowest level, where light of a vehicle falls to it at once and it holds for a third of a
-/// second; as sure as it is that no follower shines into it. Light that grows as K / t^2, t the time
-/// until its vehicle is past, does so by 2 K / t^3: what grows by g is cbrt(K) (g / 2)^(2/3). K is
-/// that of the vehicle that left; three sigma allow a follower 27 times as bright.
+/// second; as sure as it is that no follower shines into it. Light that grows as K / t^2, t the
+/// time until its vehicle is past, does so by 2 K / t^3: what grows by g is cbrt(K) (g / 2)^(2/3).
+/// K is that of the vehicle that left; three sigma allow a follower 27 times as bright.
 std::optional<Level> floor_after_a_fall(const std::vector<PowerBlock>& blocks, double block_sigma_w,
                                         const PowerTrace& trace) {
   constexpr double kHeld_s = 0.3, kFall_s = 0.5, kLeastFall = 0.2, kApproach_s = 2.0;
@@ -114,8 +128,8 @@ std::optional<Level> floor_after_a_fall(const std::vector<PowerBlock>& blocks, d
   if (!falls) return std::nullopt;
   std::vector<double> means_w;
   for (auto block = before; block != after; ++block) means_w.push_back(block->power_w);
-  const double follower_w = std::cbrt(
-      brightness_ws2 * std::pow(0.5 * most_growth_w_per_s({before, after}, trace), 2));
+  const double follower_w =
+      std::cbrt(brightness_ws2 * std::pow(0.5 * most_growth_w_per_s({before, after}, trace), 2));
   return Level{median_of(means_w), std::hypot(kLevelSigmas * block_sigma_w, follower_w)};
 }
 
@@ -153,7 +167,10 @@ Level dark_level(const PowerTrace& trace) {
   }
   const double limit_w = low_w + 4.0 * block_sigma_w;
   std::erase_if(means_w, [limit_w](double mean_w) { return mean_w > limit_w; });
-  return {median_of(means_w), block_sigma_w / std::sqrt(static_cast<double>(means_w.size()))};
+  const double white_w =
+      std::sqrt(std::max(0.0, std::pow(block_sigma_w, 2) - std::pow(trace.rounding_sigma_w, 2)));
+  return {median_of(means_w), std::hypot(white_w / std::sqrt(static_cast<double>(means_w.size())),
+                                         trace.rounding_sigma_w)};
 }
 
 }  // namespace
@@ -181,6 +198,10 @@ void set_levels(PowerTrace& trace) {
   const Noise noise = noise_of(trace);
   trace.noise_sigma_w = noise.sigma_w;
   trace.rounding_sigma_w = noise.rounding_sigma_w;
+  set_ambient(trace);
+}
+
+void set_ambient(PowerTrace& trace) {
   const Level dark = dark_level(trace);
   trace.ambient_w = dark.mean_w;
   trace.ambient_sigma_w = dark.sigma_w;

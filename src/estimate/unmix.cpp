@@ -242,9 +242,7 @@ Outcome<PowerTrace> own_light(const PowerTrace& trace, const Site& site,
   if (!(fitted.misfit < kWorstMisfit)) return Miss::bad_fit;
 
   const std::vector<Others> others = others_in(mix, own, fitted);
-  PowerTrace alone = trace;
-  alone.time_s.clear();
-  alone.power_w.clear();
+  PowerTrace alone{trace, {}, {}};
   double most_sigma_w = 0.0;
   std::size_t sample = 0;
   for (std::size_t i = 0; i < mix.blocks.size(); ++i) {

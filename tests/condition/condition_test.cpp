@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/error.h"
+#include "core/quantity.h"
 #include "core/random.h"
 
 namespace vildar {
@@ -208,6 +209,54 @@ TEST(Condition, AFlatBottomIsClippedButNotTheDarkOfACoarseConverter) {
   for (int k = 0; k < 2000; ++k)
     coarse.push_back(static_cast<float>(std::round(k > 1500 ? 0.02 * (k - 1500) : 1.0)));
   EXPECT_EQ(clipped(coarse), 0.0);
+}
+
+// White noise through two low passes of one pole each.
+TEST(Condition, AFlatBottomIsClippedWhereNoiseIsSlow) {
+  constexpr int kSamples = 60000, kCutFrom = 20000, kCutTo = 26000;
+  constexpr double kRate_hz = 2000.0;
+  Random random(9);
+  for (const double pole_hz : {10.0, 20.0, 40.0, 200.0}) {
+    const double kept = std::exp(-2.0 * kPi * pole_hz / kRate_hz);
+    std::vector<double> time_s(kSamples);
+    std::vector<float> values(kSamples);
+    double once = 0.0, twice = 0.0;
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      once = kept * once + (1.0 - kept) * random.normal();
+      twice = kept * twice + (1.0 - kept) * once;
+      time_s[k] = static_cast<double>(k) / kRate_hz;
+      const bool cut = k >= kCutFrom && k < kCutTo;
+      values[k] = static_cast<float>(cut ? 0.0 : 5.0 + twice);
+    }
+    const PowerTrace trace =
+        condition(recording_of(PowerQuantity::power_w, std::move(time_s), std::move(values)),
+                  site_with({"pd0"}))
+            .at(0);
+    ASSERT_TRUE(trace.rejected.contains("clipped")) << pole_hz << " Hz";
+    EXPECT_EQ(trace.rejected.at("clipped"), kCutTo - kCutFrom) << pole_hz << " Hz";
+  }
+}
+
+TEST(Condition, WhatTheConvertersStepsHideStaysHiddenWhereFlickerIsTakenOut) {
+  constexpr double kLevel = 100.25, kRate_hz = 20000.0;
+  Random random(10);
+  for (const double noise : {0.0, 0.1}) {
+    std::vector<double> time_s;
+    std::vector<float> values;
+    for (int k = 0; k < 15 * static_cast<int>(kRate_hz); ++k) {
+      const double at_s = k / kRate_hz;
+      time_s.push_back(at_s);
+      values.push_back(static_cast<float>(std::round(
+          kLevel + 0.5 * std::sin(2.0 * kPi * 100.0 * at_s) + random.normal(0.0, noise))));
+    }
+    const PowerTrace trace =
+        condition(recording_of(PowerQuantity::power_w, std::move(time_s), std::move(values)),
+                  site_with({"pd0"}))
+            .at(0);
+    EXPECT_GT(trace.flicker_w, 0.1);
+    EXPECT_LT(std::abs(trace.ambient_w - kLevel), 3.0 * trace.ambient_sigma_w) << noise;
+    EXPECT_LT(trace.ambient_sigma_w, 0.5) << noise;
+  }
 }
 
 TEST(Condition, TheDarkOfATraceWithoutNoiseIsNotClipped) {

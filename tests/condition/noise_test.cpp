@@ -134,15 +134,17 @@ TEST(Noise, WithoutNoiseAThirdOfASecondTellsTheAmbient) {
   };
   const PowerTrace alone = vehicles(0.0);
   EXPECT_NEAR(alone.ambient_w, kAmbient_w, 1e-8);
-  EXPECT_LT(alone.ambient_sigma_w, 1e-3 * kAmbient_w);
+  EXPECT_LT(alone.ambient_sigma_w, 5e-3 * kAmbient_w);
   EXPECT_GT(vehicles(50.0).ambient_sigma_w, 0.01) << "a follower's light grows";
 }
 
 TEST(Noise, RoundingThatNoiseDoesNotEvenOutStaysInMeans) {
   constexpr int kLevels = 400, kSamples = 2000;
+  // A level in the middle of a code shows no noise: what is told then is that of none.
+  constexpr double kLeast = 0.9, kMostBeyond_w = 0.06;
   Random random(7);
   for (const double noise_steps : {0.0, 0.1, 0.2, 0.3}) {
-    double square = 0.0, told_sum = 0.0;
+    double square = 0.0, ambient_square = 0.0, told_w = 0.0, ambient_told_w = 0.0;
     for (int level = 0; level < kLevels; ++level) {
       const double true_w = 10.0 + (level + 0.5) / kLevels;
       double sum_w = 0.0;
@@ -153,10 +155,27 @@ TEST(Noise, RoundingThatNoiseDoesNotEvenOutStaysInMeans) {
         sum_w += t < 0.01 ? 0.0 : code;
         return code;
       });
-      square += std::pow(sum_w / (kSamples - 10) - true_w, 2);
-      told_sum += trace.rounding_sigma_w;
+      square += std::pow(sum_w / (kSamples - 10) - true_w, 2) / kLevels;
+      ambient_square += std::pow(trace.ambient_w - true_w, 2) / kLevels;
+      told_w += trace.rounding_sigma_w / kLevels;
+      ambient_told_w += trace.ambient_sigma_w / kLevels;
     }
-    EXPECT_NEAR(told_sum / kLevels, std::sqrt(square / kLevels), 0.05) << noise_steps;
+    for (const auto& [sigma_w, true_square] :
+         {std::pair(told_w, square), std::pair(ambient_told_w, ambient_square)}) {
+      EXPECT_GT(sigma_w, kLeast * std::sqrt(true_square)) << noise_steps;
+      EXPECT_LT(sigma_w, kMostBeyond_w + std::sqrt(true_square)) << noise_steps;
+    }
+  }
+}
+
+TEST(Noise, LightThatRisesOrFallsIsNoNoise) {
+  constexpr double kDark_w = 10.3, kPerSample_w = 1.7;
+  for (const auto& [rises_s, falls_s] : {std::pair(4.0, 0.0), {9.0, 0.0}, {4.0, 4.0}}) {
+    const PowerTrace trace = trace_of(1000, 20.0, [&](double t) {
+      const double lit_s = std::max({0.0, t - (20.0 - rises_s), falls_s - t});
+      return std::round(kDark_w + kPerSample_w * 1000.0 * lit_s);
+    });
+    EXPECT_NEAR(trace.rounding_sigma_w, 1.0 / std::sqrt(12.0), 0.01) << rises_s << " " << falls_s;
   }
 }
 
