@@ -94,6 +94,22 @@ void set_sigmas(const PowerTrace& trace, double offset_s, std::vector<PowerBlock
                                    trace.rounding_sigma_w);
 }
 
+// The samples of blocks that are so long because there are few of them.
+std::vector<PowerBlock> sparse_samples(const PowerTrace& trace, const Site& site, double offset_s,
+                                       const std::vector<PowerBlock>& blocks) {
+  std::vector<PowerBlock> samples;
+  if (blocks.empty() || blocks.front().duration_s < 0.75 / site.mains_hz) return samples;
+  std::size_t i = 0;
+  for (const PowerBlock& block : blocks) {
+    const double from_s = block.time_s - offset_s - 0.5 * block.duration_s;
+    while (i < trace.time_s.size() && trace.time_s[i] < from_s) ++i;
+    for (; i < trace.time_s.size() && trace.time_s[i] < from_s + block.duration_s; ++i)
+      samples.push_back({trace.time_s[i] + offset_s, trace.sample_period_s, trace.power_w[i],
+                         block.sigma_w * std::sqrt(block.samples), 1});
+  }
+  return samples;
+}
+
 Outcome<DelaySide> side_of(const PowerTrace& trace, const Site& site, double from_s, double to_s,
                            bool to_peak) {
   const double offset_s =
@@ -120,7 +136,8 @@ Outcome<DelaySide> side_of(const PowerTrace& trace, const Site& site, double fro
   if (to_peak) side.blocks.erase(peak, side.blocks.end());
   if (side.blocks.empty()) return Miss::too_few_samples;
   set_sigmas(trace, offset_s, side.blocks);
-  keep_between_edges(side.blocks, trace.ambient_w);
+  keep_between_edges(side.blocks, trace.ambient_w,
+                     sparse_samples(trace, site, offset_s, side.blocks));
   if (side.blocks.empty()) return Miss::too_few_samples;
   return side;
 }

@@ -25,12 +25,30 @@ bool is_edge(const std::vector<PowerBlock>& blocks, std::ptrdiff_t from) {
   return change_w > kSteeper * around_w + kClearSigmas * std::hypot(before.sigma_w, after.sigma_w);
 }
 
+// Marks the blocks in which an edge of `finer` may lie.
+void touch(const std::vector<PowerBlock>& finer, const std::vector<PowerBlock>& blocks,
+           std::vector<bool>& touched) {
+  std::size_t block = 0;
+  for (std::ptrdiff_t i = 0; i + kReach < static_cast<std::ptrdiff_t>(finer.size()); ++i) {
+    if (!is_edge(finer, i)) continue;
+    const double from_s = finer[static_cast<std::size_t>(i)].time_s;
+    const double to_s = finer[static_cast<std::size_t>(i + kReach)].time_s;
+    const auto ends_s = [](const PowerBlock& one) { return one.time_s + 0.5 * one.duration_s; };
+    while (block < blocks.size() && ends_s(blocks[block]) < from_s) ++block;
+    for (std::size_t k = block; k < blocks.size(); ++k) {
+      if (blocks[k].time_s - 0.5 * blocks[k].duration_s > to_s) break;
+      touched[k] = true;
+    }
+  }
+}
+
 }  // namespace
 
-void keep_between_edges(std::vector<PowerBlock>& blocks, double ambient_w) {
+void keep_between_edges(std::vector<PowerBlock>& blocks, double ambient_w,
+                        const std::vector<PowerBlock>& finer) {
   std::vector<bool> touched(blocks.size(), false);
-  for (std::ptrdiff_t i = 0; i + kReach < static_cast<std::ptrdiff_t>(blocks.size()); ++i)
-    if (is_edge(blocks, i)) std::fill_n(touched.begin() + i, kReach + 1, true);
+  touch(blocks, blocks, touched);
+  touch(finer, blocks, touched);
   std::size_t best_first = 0, best_last = 0;
   double most_w = 0.0;
   for (std::size_t first = 0; first < blocks.size();) {

@@ -10,7 +10,8 @@ namespace vildar {
 /// where a mask or the rim of the photodiode's view takes a lamp away or lets it in, is a change
 /// within some three blocks that the light before and after it does not lead to; the blocks that
 /// it may reach go too. Blocks: in order of time, of one length; across a gap no edge is
-/// told.
-void keep_between_edges(std::vector<PowerBlock>& blocks, double ambient_w);
+/// told. `finer`: the same light in shorter blocks, in which edges are told too.
+void keep_between_edges(std::vector<PowerBlock>& blocks, double ambient_w,
+                        const std::vector<PowerBlock>& finer = {});
 
 }  // namespace vildar

@@ -68,5 +68,28 @@ TEST(LightEdges, AGapIsNoEdge) {
   EXPECT_EQ(blocks.size(), 160u);
 }
 
+// The rise within blocks of 8 samples hides that the light falls from one sample to the next.
+TEST(LightEdges, SamplesTellWhatLongBlocksHide) {
+  constexpr int kSamples = 640, kEach = 8;
+  for (int lit = 560; lit < 560 + kEach; ++lit) {
+    const auto light_w = [lit](int k) {
+      return k < lit ? 1.0 / (1.0 + std::pow((k - 570) / 16.0, 2)) : 0.0;
+    };
+    const auto samples = blocks_of(kSamples, light_w);
+    std::vector<PowerBlock> blocks;
+    for (int i = 0; i < kSamples; i += kEach) {
+      PowerBlock block{(i + 0.5 * (kEach - 1)) * kBlock_s, kEach * kBlock_s, 0.0,
+                       kSigma_w / std::sqrt(kEach), kEach};
+      for (int k = i; k < i + kEach; ++k)
+        block.power_w += samples[static_cast<std::size_t>(k)].power_w / kEach;
+      blocks.push_back(block);
+    }
+    keep_between_edges(blocks, kAmbient_w, samples);
+    ASSERT_FALSE(blocks.empty());
+    EXPECT_LE(blocks.back().time_s, lit * kBlock_s) << lit;
+    EXPECT_GE(blocks.back().time_s, (lit - 4 * kEach) * kBlock_s) << lit;
+  }
+}
+
 }  // namespace
 }  // namespace vildar
