@@ -35,6 +35,7 @@ DelayRows rows_of(const DelayProblem& problem) {
                                         return a.power_w < b.power_w;
                                       })
                          ->time_s;
+  rows.block_s = problem.near.blocks.front().duration_s;
   add_side(problem.near, false, rows);
   add_side(problem.far, true, rows);
   rows.last_far_s = rows.rows.back().tau_s;
@@ -64,7 +65,8 @@ std::vector<std::pair<double, double>> rise_of(const DelayRows& rows) {
   return path;
 }
 
-// Breaks of the curve, closer where the light changes faster.
+// Breaks of the curve, closer where the light changes faster, but not so close that the blocks of
+// either side could follow it without regard to the other's.
 std::vector<double> breaks_of(const DelayRows& rows, double delay_s, int pieces) {
   constexpr double kRise = 1.5;  // pieces of the rise over those of the time
   auto path = rise_of(rows);     // u, share of the way
@@ -84,9 +86,9 @@ std::vector<double> breaks_of(const DelayRows& rows, double delay_s, int pieces)
     const double share =
         std::clamp((wanted - path[i].second) / (path[i + 1].second - path[i].second), 0.0, 1.0);
     const double u = path[i].first + share * (path[i + 1].first - path[i].first);
-    if (u > breaks.back()) breaks.push_back(u);
+    if (u > breaks.back() + rows.block_s && u < last - rows.block_s) breaks.push_back(u);
   }
-  if (last > breaks.back()) breaks.push_back(last);
+  breaks.push_back(last);
   return breaks;
 }
 
@@ -310,6 +312,16 @@ double gain_chi2(const Uncertain& log_ratio, const DelayMotion& found) {
          (told + std::pow(found.mismatch[kGain], 2));
 }
 
+// Chi-square where both photodiodes see the same light at once, above levels of any size, as they
+// do of the dawn or of clouds.
+double chi2_of_no_delay(const DelayProblem& problem, const DelayRows& rows, int pieces) {
+  constexpr double kNone_s = 1e-6;
+  DelayProblem any_level = problem;
+  for (DelaySide* side : {&any_level.near, &any_level.far}) side->ambient_w.std = rows.unit_w;
+  const DelayModel model(any_level, rows, CubicSpline(breaks_of(rows, kNone_s, pieces)));
+  return model.residuals(model.minimise(model.start(kNone_s), false, 1).value).squaredNorm();
+}
+
 // Responses being as alike as the site says.
 Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   if (std::min(problem.near.blocks.size(), problem.far.blocks.size()) < kFewestBlocks)
@@ -363,8 +375,11 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   if (rate_mps2 * rate_mps2 > kMostPriorChi2 * motion->acceleration_variance) return Miss::bad_fit;
   fit.gain_chi2 = gain_chi2(problem.log_ratio, *motion);
   put_speed(problem, rows, model, *motion, fit);
-  constexpr double kNoDelay = 0.3;
-  if (!(fit.speed.std_mps < kNoDelay * fit.speed.speed_mps)) return Miss::too_uncertain;
+  constexpr double kNoDelay = 0.3, kToldFromNone = 36.0;  // of chi-square
+  const double told = chi2_of_no_delay(problem, rows, pieces) - residuals.squaredNorm();
+  if (!(fit.speed.std_mps < kNoDelay * fit.speed.speed_mps) ||
+      !(told > kToldFromNone * fit.sigma_factor * fit.sigma_factor))
+    return Miss::too_uncertain;
   return fit;
 }
 

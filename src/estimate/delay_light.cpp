@@ -18,7 +18,7 @@ constexpr double kClearSigmas = 10.0;
 // Half a period of the mains, in which street lamps' flicker averages out, or several of them where
 // the samples are sparse.
 double block_length_s(double mains_hz, double sample_period_s) {
-  constexpr double kFewestSamples = 8.0;
+  constexpr double kFewestSamples = 4.0;
   const double half_period_s = 0.5 / mains_hz;
   return half_period_s * std::ceil(kFewestSamples * sample_period_s / half_period_s - 1e-9);
 }

@@ -35,6 +35,7 @@ struct DelayRows {
   double reference_s = 0.0;
   double first_s = 0.0, last_s = 0.0;  ///< of the rows, from the reference
   double last_far_s = 0.0;             ///< of the far rows
+  double block_s = 0.0;                ///< over which a row is the mean
 };
 
 /// Least squares of both pulses on one curve. Priors are included but for that on the sizes of the

@@ -382,5 +382,67 @@ TEST(Delay, PulsesThatAreNotAlikeAreRefusedOrVeryUncertain) {
   }
 }
 
+// As dawn, clouds or a lamp far off do.
+TEST(Delay, LightThatGrowsOnBothAtOnceIsNoVehicle) {
+  constexpr double kRate_hz = 1000.0, kNoise_w = 7e-11, kDark_w = 3e-6;
+  const Site site = simulated::two_photodiodes(2.0);
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Random random(seed);
+    Pair pair;
+    for (const auto& [trace, photodiode] : {std::pair(&pair.near, 0), std::pair(&pair.far, 1)}) {
+      trace->photodiode = photodiode;
+      trace->sample_period_s = 1.0 / kRate_hz;
+      trace->noise_sigma_w = kNoise_w;
+      trace->ambient_w = trace->ambient_sigma_w = 0.5 * kDark_w;  // never dark
+      for (int k = 0; k < 4.0 * kRate_hz; ++k) {
+        trace->time_s.push_back(k / kRate_hz);
+        const double light_w = 1e-8 * k / kRate_hz;
+        trace->power_w.push_back(
+            static_cast<float>(kDark_w + light_w + random.normal(0.0, kNoise_w)));
+      }
+    }
+    const auto outcome = pair.speed(site);
+    EXPECT_FALSE(std::holds_alternative<DelayFit>(outcome)) << seed;
+  }
+}
+
+// Blocks of sparse samples are as long as the last part of the pulse, of which each could then have
+// a curve of its own.
+TEST(Delay, SparseSamplesGiveNoWildSpeed) {
+  constexpr double kBaseline_m = 2.0, kNoise_w = 3e-11, kDown_m = 3.35;
+  const Site site = simulated::two_photodiodes(kBaseline_m);
+  Random random(11);
+  int measured = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    const double rate_hz = trial % 2 == 0 ? 50.0 : 100.0;
+    const double speed_mps = random.uniform(25.0, 45.0), from_m = random.uniform(100.0, 150.0);
+    const double late_s = random.uniform(0.0, 1.0 / rate_hz);
+    Pair pair;
+    for (const auto& [trace, photodiode] : {std::pair(&pair.near, 0), std::pair(&pair.far, 1)}) {
+      trace->photodiode = photodiode;
+      trace->sample_period_s = 1.0 / rate_hz;
+      trace->noise_sigma_w = trace->ambient_sigma_w = kNoise_w;
+      for (double t_s = late_s; t_s < from_m / speed_mps + 0.5; t_s += 1.0 / rate_hz) {
+        const double ahead_m = from_m - speed_mps * t_s - kBaseline_m * photodiode;
+        double light_w = random.normal(0.0, kNoise_w);
+        for (const double aside_m : {3.4, 4.6})
+          if (ahead_m > 0.0) {
+            const double away2_m2 = ahead_m * ahead_m + aside_m * aside_m + kDown_m * kDown_m;
+            light_w += 6e-6 * ahead_m * ahead_m * std::pow(away2_m2, -1.6);
+          }
+        trace->time_s.push_back(t_s);
+        trace->power_w.push_back(static_cast<float>(light_w));
+      }
+    }
+    const auto outcome = pair.speed(site);
+    const auto* fit = std::get_if<DelayFit>(&outcome);
+    if (!fit) continue;
+    ++measured;
+    EXPECT_LT(std::abs(fit->speed.speed_mps - speed_mps), 4.0 * fit->speed.std_mps)
+        << trial << ": " << fit->speed.speed_mps << " of " << speed_mps;
+  }
+  EXPECT_GT(measured, 40);
+}
+
 }  // namespace
 }  // namespace vildar
