@@ -18,12 +18,13 @@ struct RowSighting {
   double time_s = 0.0;
 };
 
-/// `position_m(time_s)` gives the road-frame place. Nothing where it cannot be projected.
+/// `position_m(time_s)` gives the road-frame place. Nothing where it cannot be projected, or where
+/// the steps do not settle: within a metre or two of the camera it outruns the rows.
 template <class Position>
 std::optional<RowSighting> sighting_at_row_time(const Camera& camera, const CameraSite& site,
                                                 double frame_time_s, const Position& position_m) {
   // A lamp crosses far less than one row in the time of a row, so each step gains decimals.
-  constexpr int kMostSteps = 20;
+  constexpr int kMostSteps = 100;
   constexpr double kTolerance_px = 1e-9;
   RowSighting sighting;
   sighting.time_s = frame_time_s;
@@ -32,10 +33,10 @@ std::optional<RowSighting> sighting_at_row_time(const Camera& camera, const Came
     if (!pixel) return std::nullopt;
     const bool settled = step > 0 && (*pixel - sighting.pixel_px).norm() < kTolerance_px;
     sighting.pixel_px = *pixel;
-    if (settled || site.rolling_shutter_s == 0.0) break;
+    if (settled || site.rolling_shutter_s == 0.0) return sighting;
     sighting.time_s = time_of_row_s(site, frame_time_s, pixel->y());
   }
-  return sighting;
+  return std::nullopt;
 }
 
 inline bool inside_image(const CameraSite& site, const Eigen::Vector2d& pixel_px) {

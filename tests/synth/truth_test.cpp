@@ -1,6 +1,7 @@
 #include "synth/truth.h"
 
 #include <cmath>
+#include <optional>
 #include <sstream>
 
 #include <gtest/gtest.h>
@@ -8,6 +9,7 @@
 #include "optics/camera.h"
 #include "scenes.h"
 #include "synth/renderer.h"
+#include "synth/row_time.h"
 
 #ifdef VILDAR_HAS_CALIB3D
 #include <opencv2/calib3d.hpp>
@@ -51,6 +53,60 @@ TEST(TruthTracks, AgreeWithThePictures) {
     EXPECT_LT((lamps[0].centre_px - *row.left_px).norm(), 1e-9);
     EXPECT_LT((lamps[1].centre_px - *row.right_px).norm(), 1e-9);
   }
+}
+
+/// First row of the image, fractions allowed, whose own time finds the point on that very row.
+std::optional<double> row_by_bisection(const Camera& camera, const CameraSite& site,
+                                       double frame_time_s, const auto& position_m) {
+  const auto below = [&](double v_px) -> std::optional<double> {
+    const auto pixel = camera.project(position_m(time_of_row_s(site, frame_time_s, v_px)));
+    if (!pixel) return std::nullopt;
+    return pixel->y() - v_px;
+  };
+  for (int row = 0; row < site.height_px; ++row) {
+    double low_px = row - 0.5, high_px = row + 0.5;
+    const auto at_low = below(low_px), at_high = below(high_px);
+    if (!at_low || !at_high || (*at_low > 0.0) == (*at_high > 0.0)) continue;
+    for (int halving = 0; halving < 50; ++halving) {
+      const double middle_px = 0.5 * (low_px + high_px);
+      const auto at_middle = below(middle_px);
+      if (!at_middle) return std::nullopt;
+      ((*at_middle > 0.0) == (*at_low > 0.0) ? low_px : high_px) = middle_px;
+    }
+    return low_px;
+  }
+  return std::nullopt;
+}
+
+TEST(RowTime, HoldsRightBesideTheCamera) {
+  CameraSite site = *small_scene().site.camera;
+  site.rolling_shutter_s = 0.03;
+  const Camera camera(site);
+  int found = 0, passing = 0;
+  const auto check = [&](double speed_mps, double beside_m, double below_m, double time_s) {
+    const auto position_m = [&](double at_s) {
+      return Eigen::Vector3d(speed_mps * at_s, beside_m, camera.position_m().z() - below_m);
+    };
+    const auto seen = sighting_at_row_time(camera, site, time_s, position_m);
+    const auto row_px = row_by_bisection(camera, site, time_s, position_m);
+    const auto pixel_px =
+        row_px ? camera.project(position_m(time_of_row_s(site, time_s, *row_px))) : std::nullopt;
+    const bool inside = pixel_px && inside_image(site, *pixel_px);
+    ++(inside ? found : passing);
+    EXPECT_EQ(seen && inside_image(site, seen->pixel_px), inside);
+    if (!seen) return;
+    EXPECT_NEAR(seen->time_s, time_of_row_s(site, time_s, seen->pixel_px.y()), 1e-9);
+    if (inside) {
+      EXPECT_LT((seen->pixel_px - *pixel_px).norm(), 1e-6);
+    }
+  };
+  for (const double speed_mps : {-30.0, -12.0, 12.0, 30.0})
+    for (const double beside_m : {-3.0, -1.5, -0.5, 1.5, 3.0})
+      for (const double below_m : {-0.5, 0.0, 0.5, 1.0, 4.3})
+        for (double near_m = -1.0; near_m < 5.0; near_m += 0.03)
+          check(speed_mps, beside_m, below_m, near_m / speed_mps);
+  EXPECT_GT(found, 500);
+  EXPECT_GT(passing, 500);
 }
 
 #ifdef VILDAR_HAS_CALIB3D
