@@ -8,11 +8,11 @@ namespace {
 
 // Blocks over which a change is told from those before and after it.
 constexpr std::ptrdiff_t kReach = 2;
+constexpr double kSteeper = 2.5, kClearSigmas = 10.0;
 
 // Whether the light changes between a block and the second after it as no curve does that is wider
 // than a block.
 bool is_edge(const std::vector<PowerBlock>& blocks, std::ptrdiff_t from) {
-  constexpr double kSteeper = 2.5, kClearSigmas = 10.0;
   const auto last = static_cast<std::ptrdiff_t>(blocks.size()) - 1;
   const auto at = [&](std::ptrdiff_t i) -> const PowerBlock& {
     return blocks[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i, 0, last))];
@@ -23,6 +23,17 @@ bool is_edge(const std::vector<PowerBlock>& blocks, std::ptrdiff_t from) {
   const double around_w = std::abs(before.power_w - at(from - kReach).power_w) +
                           std::abs(at(from + 2 * kReach).power_w - after.power_w);
   return change_w > kSteeper * around_w + kClearSigmas * std::hypot(before.sigma_w, after.sigma_w);
+}
+
+// Whether the last block may hold part of an edge, which the end of the blocks hides: it leaves
+// what leads to it.
+bool ends_in_an_edge(const std::vector<PowerBlock>& blocks) {
+  if (blocks.size() < 3) return false;
+  const PowerBlock &last = blocks.back(), &before = *(blocks.end() - 2),
+                   &first = *(blocks.end() - 3);
+  return std::abs(last.power_w - before.power_w) >
+         kSteeper * std::abs(before.power_w - first.power_w) +
+             kClearSigmas * std::hypot(last.sigma_w, before.sigma_w);
 }
 
 // Marks the blocks in which an edge of `finer` may lie.
@@ -49,6 +60,7 @@ void keep_between_edges(std::vector<PowerBlock>& blocks, double ambient_w,
   std::vector<bool> touched(blocks.size(), false);
   touch(blocks, blocks, touched);
   touch(finer, blocks, touched);
+  if (ends_in_an_edge(blocks)) touched.back() = true;
   std::size_t best_first = 0, best_last = 0;
   double most_w = 0.0;
   for (std::size_t first = 0; first < blocks.size();) {

@@ -91,5 +91,14 @@ TEST(LightEdges, SamplesTellWhatLongBlocksHide) {
   }
 }
 
+// As far below the block before as the rise of three blocks.
+TEST(LightEdges, ALastBlockWithinAnEdgeGoes) {
+  for (const double share : {0.95, 0.955, 0.96}) {
+    auto blocks = blocks_of(100, [&](int i) { return (i < 99 ? 1.0 : share) * (0.5 + 0.012 * i); });
+    keep_between_edges(blocks, kAmbient_w);
+    EXPECT_EQ(blocks.back().time_s, 98 * kBlock_s) << share;
+  }
+}
+
 }  // namespace
 }  // namespace vildar
