@@ -18,20 +18,6 @@
 
 namespace vildar {
 
-std::vector<std::string> TrackOptions::problems() const {
-  std::vector<std::string> found;
-  const auto require = [&](bool holds, const char* field, double value, const char* rule) {
-    if (!holds)
-      found.push_back(std::string(field) + " = " + std::to_string(value) + ", must be " + rule);
-  };
-  require(longest_gap_s > 0.0 && longest_gap_s <= 5.0, "longest_gap_s", longest_gap_s, "in (0, 5]");
-  require(min_sightings >= 2, "min_sightings", min_sightings, ">= 2");
-  require(min_duration_s >= 0.0, "min_duration_s", min_duration_s, ">= 0");
-  require(min_single_lamp_s >= 0.0, "min_single_lamp_s", min_single_lamp_s, ">= 0");
-  require(gate_chi2 > 0.0, "gate_chi2", gate_chi2, "> 0");
-  return found;
-}
-
 namespace {
 
 CameraTime last_seen(const Vehicle& lost) {
@@ -78,7 +64,8 @@ class Tracker::Impl {
   void drop_doubtful_past(Lamp& lamp);
   double patience(const Lamp& lamp, std::int64_t frame) const;
   void end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& ended);
-  void end_vehicle(Vehicle& vehicle, std::vector<VehicleTrack>& ended);
+  void end_vehicle(std::unique_ptr<Vehicle> vehicle, std::vector<VehicleTrack>& ended);
+  void forget_ended();
   void end_single(const Lamp& lamp, std::vector<VehicleTrack>& ended);
   void report(Verdict verdict, VehicleTrack&& track, std::vector<VehicleTrack>& ended);
   void count(Verdict verdict);
@@ -93,6 +80,7 @@ class Tracker::Impl {
   Lamps lamps_;
   Vehicles vehicles_;
   Vehicles waiting_;  ///< lost from view or taken apart, and may yet be found again
+  Vehicles ended_;    ///< reported, while lights are followed that may have been their lamps
   std::vector<std::pair<int, Lamp*>> seen_;        // spot, lamp
   std::map<const Lamp*, std::uint64_t> standing_;  ///< lights that the attitude goes by
   std::uint64_t next_standing_ = 0;
@@ -371,19 +359,29 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
   for (auto& vehicle : vehicles_) {
     if (vehicle->left || vehicle->right) continue;
     if (view_.moving_sensor() || vehicle->drove_out)
-      end_vehicle(*vehicle, ended);
+      end_vehicle(std::move(vehicle), ended);
     else
       waiting_.push_back(std::move(vehicle));
-    vehicle.reset();
   }
-  std::erase_if(vehicles_, [](const auto& vehicle) { return !vehicle; });
-  std::erase_if(waiting_, [&](const auto& vehicle) {
-    const bool waits = seconds_of(frame.time) - seconds_of(last_seen(*vehicle)) < kLongestWait_s;
-    if (!waits) end_vehicle(*vehicle, ended);
-    return !waits;
-  });
+  std::erase(vehicles_, nullptr);
+  for (auto& vehicle : waiting_)
+    if (seconds_of(frame.time) - seconds_of(last_seen(*vehicle)) >= kLongestWait_s)
+      end_vehicle(std::move(vehicle), ended);
+  std::erase(waiting_, nullptr);
   std::erase_if(lamps_, [&](const auto& lamp) {
     return std::find(lost.begin(), lost.end(), lamp.get()) != lost.end();
+  });
+  forget_ended();
+}
+
+// A light that was one of a vehicle's lamps for most of its time was seen beside it.
+void Tracker::Impl::forget_ended() {
+  std::erase_if(ended_, [&](const auto& vehicle) {
+    const CameraTime last = last_seen(*vehicle);
+    return std::ranges::none_of(lamps_, [&](const auto& lamp) {
+      return !lamp->vehicle && !lamp->fixed && !lamp->records.empty() &&
+             lamp->records.front().time < last;
+    });
   });
 }
 
@@ -395,10 +393,12 @@ void Tracker::Impl::report(Verdict verdict, VehicleTrack&& track,
   ended.push_back(std::move(track));
 }
 
-void Tracker::Impl::end_vehicle(Vehicle& vehicle, std::vector<VehicleTrack>& ended) {
+void Tracker::Impl::end_vehicle(std::unique_ptr<Vehicle> vehicle,
+                                std::vector<VehicleTrack>& ended) {
   VehicleTrack track;
-  const Verdict verdict = judge_vehicle(vehicle, view_, options_, lights_, track);
+  const Verdict verdict = judge_vehicle(*vehicle, view_, options_, lights_, track);
   report(verdict, std::move(track), ended);
+  if (verdict == Verdict::vehicle) ended_.push_back(std::move(vehicle));
 }
 
 void Tracker::Impl::end_single(const Lamp& lamp, std::vector<VehicleTrack>& ended) {
@@ -406,7 +406,8 @@ void Tracker::Impl::end_single(const Lamp& lamp, std::vector<VehicleTrack>& ende
   Verdict verdict = judge_single(lamp, view_, options_, lights_, track);
   const auto owns = [&](const auto& vehicle) { return was_lamp_of(lamp, *vehicle, view_); };
   if (verdict == Verdict::vehicle &&
-      (std::ranges::any_of(vehicles_, owns) || std::ranges::any_of(waiting_, owns)))
+      (std::ranges::any_of(vehicles_, owns) || std::ranges::any_of(waiting_, owns) ||
+       std::ranges::any_of(ended_, owns)))
     verdict = Verdict::reflection;
   report(verdict, std::move(track), ended);
 }
@@ -441,13 +442,14 @@ void Tracker::Impl::name_kinds(BlobFrame& frame, const std::vector<Spot>& spots)
 
 std::vector<VehicleTrack> Tracker::Impl::finish() {
   std::vector<VehicleTrack> ended;
-  for (const auto* vehicles : {&waiting_, &vehicles_})
-    for (const auto& vehicle : *vehicles) end_vehicle(*vehicle, ended);
+  for (auto* vehicles : {&waiting_, &vehicles_}) {
+    for (auto& vehicle : *vehicles) end_vehicle(std::move(vehicle), ended);
+    vehicles->clear();
+  }
   for (const auto& lamp : lamps_)
     if (!lamp->vehicle) end_single(*lamp, ended);
   for (const auto& lamp : lamps_) pairing_.forget(lamp.get());
-  vehicles_.clear();
-  waiting_.clear();
+  ended_.clear();
   lamps_.clear();
   standing_.clear();
   last_time_.reset();

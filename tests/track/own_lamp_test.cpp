@@ -50,5 +50,22 @@ TEST(WasLampOf, ALightThatMadeAPairWithTheOneLampSeenOfTheVehicle) {
   EXPECT_FALSE(was_lamp_of(road.lamp(0, 25, -4.6, 12.0), vehicle, road.view));
 }
 
+TEST(WasLampOf, ALightThatWasForMostOfTheTimeThatTells) {
+  const Road road;
+  Lamp left = road.lamp(60, 80, -3.4), right = road.lamp(60, 80, -4.6);
+  Vehicle vehicle;
+  vehicle.left = &left;
+  vehicle.right = &right;
+  // Of its 41 frames those in which one lamp was seen of the vehicle tell.
+  const auto light = [&](std::int64_t astray_from) {
+    return road.lamp(0, 40, [=](std::int64_t frame) { return frame < astray_from ? -4.6 : -7.0; });
+  };
+  vehicle.past_left = road.lamp(0, 24, -3.4).records;
+  EXPECT_TRUE(was_lamp_of(light(16), vehicle, road.view));
+  EXPECT_FALSE(was_lamp_of(light(9), vehicle, road.view));
+  vehicle.past_left = road.lamp(0, 15, -3.4).records;
+  EXPECT_FALSE(was_lamp_of(light(16), vehicle, road.view)) << "too little time tells";
+}
+
 }  // namespace
 }  // namespace vildar

@@ -369,6 +369,22 @@ TEST(TrackScene, ALampLeftAloneForLongIsNotTheVehicleAnyMore) {
   EXPECT_LE(outcome.tracks[0].sightings.back().frame, one_second_later);
 }
 
+// While its left lamp is dark the light that goes by it is followed instead, and lost a little
+// later than the vehicle, which by then has its own lamp back.
+TEST(TrackScene, ALightThatOutlivesTheVehicleWhoseLampItWasIsNoSecondOne) {
+  Scene made = mast();
+  made.wet = true;
+  made.cars = {car(62, -4, -20), car(48.4, -3.375, -10)};
+  made.cars[0].left_hidden_from_s = 1.36;
+  made.cars[0].left_hidden_to_s = 1.66;
+  made.cars[1].single = true;
+  made.cars[1].hidden_s = {{0.0, 1.36}, {2.2, 9.0}};
+  const auto outcome = scene::run(made);
+  ASSERT_EQ(outcome.tracks.size(), 1U);
+  EXPECT_FALSE(outcome.tracks[0].single_lamp);
+  EXPECT_GE(outcome.recall(0), 0.85);
+}
+
 // Overtaking with a long time out of sight of both: whatever is reported is pure or says its doubt.
 TEST(TrackScene, NeverSwapsInSilence) {
   int impure = 0, tracks = 0;
