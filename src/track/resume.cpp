@@ -11,12 +11,14 @@ struct Look {
   double time_s, along_m, lateral_m, depth_m;
 };
 
-std::vector<Look> looks_at(const Vehicle& vehicle, const RoadView& view) {
+// The last so many at both lamps, in order of time.
+std::vector<Look> last_looks(const Vehicle& vehicle, const RoadView& view, std::size_t most) {
   const std::vector<LampRecord> left = records_of(vehicle, vehicle.left, vehicle.past_left);
   const std::vector<LampRecord> right = records_of(vehicle, vehicle.right, vehicle.past_right);
   std::vector<Look> looks;
-  for (auto one = left.begin(), other = right.begin(); one != left.end() && other != right.end();) {
-    const std::int64_t frame = std::min(one->frame, other->frame);
+  for (auto one = left.rbegin(), other = right.rbegin();
+       one != left.rend() && other != right.rend() && looks.size() < most;) {
+    const std::int64_t frame = std::max(one->frame, other->frame);
     if (one->frame == other->frame && one->merged_px == 0.0 && other->merged_px == 0.0) {
       const PairFit fit = view.fit_pair(one->at_px, other->at_px, 1.0);
       const RoadPosition at =
@@ -27,6 +29,7 @@ std::vector<Look> looks_at(const Vehicle& vehicle, const RoadView& view) {
     one += one->frame == frame;
     other += other->frame == frame;
   }
+  std::ranges::reverse(looks);
   return looks;
 }
 
@@ -44,9 +47,9 @@ bool goes_on(const Vehicle& lost, const Vehicle& found, const RoadView& view) {
   // Nearer to one another no vehicles follow, or drive in two lanes.
   constexpr double kMostOff_m = 5.0, kMostBeside_m = 1.2;
   if (lost.kind != found.kind) return false;
-  const std::vector<Look> all = looks_at(lost, view), after = looks_at(found, view);
-  if (all.size() < kFewest || after.empty()) return false;
-  const std::span<const Look> before = std::span(all).last(std::min(kMost, all.size()));
+  const std::vector<Look> before = last_looks(lost, view, kMost),
+                          after = last_looks(found, view, kMost);
+  if (before.size() < kFewest || after.empty()) return false;
   if (after.front().time_s <= before.back().time_s) return false;
 
   const double time_s = mean(before, &Look::time_s), along_m = mean(before, &Look::along_m);

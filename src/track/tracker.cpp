@@ -1,6 +1,7 @@
 #include "track/tracker.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <map>
 #include <stdexcept>
@@ -17,17 +18,6 @@
 #include "track/vehicle.h"
 
 namespace vildar {
-
-namespace {
-
-CameraTime last_seen(const Vehicle& lost) {
-  CameraTime last;
-  for (const auto* past : {&lost.past_left, &lost.past_right})
-    if (!past->empty()) last = std::max(last, past->back().time);
-  return last;
-}
-
-}  // namespace
 
 class Tracker::Impl {
  public:
@@ -286,12 +276,20 @@ void Tracker::Impl::mark_split_records() {
   }
 }
 
-// A pair that has just been found may be a vehicle that was lost shortly before.
+// A pair that was found lately may be a vehicle that was lost shortly before, or whose lamps are
+// still looked for, or have gone over to other lights. Asked again as more is seen of it.
 void Tracker::Impl::resume_lost() {
+  constexpr unsigned kLately = 16;  // frames
   for (const auto& vehicle : vehicles_) {
-    if (vehicle->both_seen != 1 || !vehicle->past_left.empty() || !vehicle->past_right.empty())
+    const auto seen = static_cast<unsigned>(vehicle->both_seen);
+    if (seen > kLately || !std::has_single_bit(seen) || !vehicle->past_left.empty() ||
+        !vehicle->past_right.empty())
       continue;
     const auto fits = [&](const auto& lost) { return goes_on(*lost, *vehicle, view_); };
+    for (const auto& other : vehicles_)
+      if (seen < kLately && other->last_both < vehicle->last_both && !other->cut_after &&
+          fits(other))
+        other->cut_after = other->last_both;
     const auto lost = std::ranges::find_if(waiting_, fits);
     if (lost == waiting_.end() || std::any_of(lost + 1, waiting_.end(), fits)) continue;
     resume(**lost, *vehicle);

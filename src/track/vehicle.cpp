@@ -116,6 +116,13 @@ std::vector<LampRecord> records_of(const Vehicle& vehicle, const Lamp* lamp,
   return records;
 }
 
+CameraTime last_seen(const Vehicle& lost) {
+  CameraTime last;
+  for (const auto* past : {&lost.past_left, &lost.past_right})
+    if (!past->empty()) last = std::max(last, past->back().time);
+  return last;
+}
+
 double strength_of(const Lamp& lamp) {
   const Vehicle* vehicle = lamp.vehicle;
   const double inverse_depth = vehicle && vehicle->left && vehicle->right

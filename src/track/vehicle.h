@@ -41,6 +41,9 @@ struct Vehicle {
 std::vector<LampRecord> records_of(const Vehicle& vehicle, const Lamp* lamp,
                                    const std::vector<LampRecord>& past);
 
+/// When the last of its records was, of the lamps that it has lost.
+CameraTime last_seen(const Vehicle& lost);
+
 /// ln(flux x depth^2) of a lamp now, with the depth of its vehicle where it has one.
 double strength_of(const Lamp& lamp);
 

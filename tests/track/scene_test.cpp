@@ -385,6 +385,19 @@ TEST(TrackScene, ALightThatOutlivesTheVehicleWhoseLampItWasIsNoSecondOne) {
   EXPECT_GE(outcome.recall(0), 0.85);
 }
 
+// One of its lamps went over to a light that was still there when it came out again.
+TEST(TrackScene, AVehicleWhoseLampsWentAstrayIsFoundAgain) {
+  Scene made = mast();
+  made.cars = {car(90, -4, -15), car(81, -3.375, -9)};
+  made.cars[0].hidden_s = {{1.5, 2.5}};
+  made.cars[1].single = true;
+  made.cars[1].hidden_s = {{0.0, 1.5}, {3.5, 9.0}};
+  const auto outcome = scene::run(made);
+  ASSERT_EQ(outcome.tracks.size(), 1U);
+  EXPECT_EQ(outcome.car_of(0), 0) << "the track holds the other light";
+  EXPECT_GE(outcome.recall(0), 0.95);
+}
+
 // Overtaking with a long time out of sight of both: whatever is reported is pure or says its doubt.
 TEST(TrackScene, NeverSwapsInSilence) {
   int impure = 0, tracks = 0;
