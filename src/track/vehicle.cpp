@@ -211,8 +211,12 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       static_cast<int>(looks.size()) < pairs_needed)
     return Verdict::short_track;
   constexpr double kSecondShare = 0.4, kImageShare = 0.5, kPatchShare = 0.5;
+  const auto streaks = std::ranges::count_if(left, &LampRecord::streak) +
+                       std::ranges::count_if(right, &LampRecord::streak);
   if (vehicle.second_on_body > kSecondShare * vehicle.both_seen ||
       vehicle.images > kImageShare * vehicle.both_seen ||
+      static_cast<double>(streaks) >
+          kImageShare * static_cast<double>(left.size() + right.size()) ||
       patches > kPatchShare * static_cast<double>(looks.size()))
     return Verdict::reflection;
   if ((!vehicle.cut_after && vehicle.chi2 > kMostChi2) ||

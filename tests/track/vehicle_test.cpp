@@ -63,6 +63,23 @@ TEST(JudgeVehicle, LightsWiderThanLampsThatDoNotClipAreLitRoad) {
     }
 }
 
+// The images on the road of two vehicles' lamps, as level and as far apart as a pair.
+TEST(JudgeVehicle, LightsThatAreMostlyStreaksAreNone) {
+  const Road road;
+  for (const int streak_every : {1, 3}) {
+    Lamp left = road.lamp(0, 50, -3.4), right = road.lamp(0, 20, -4.6);
+    for (Lamp* lamp : {&left, &right})
+      for (LampRecord& record : lamp->records) record.streak = record.frame % streak_every == 0;
+    Vehicle vehicle;
+    vehicle.left = &left;
+    vehicle.right = &right;
+    vehicle.both_seen = 21;
+    VehicleTrack track;
+    EXPECT_EQ(judge_vehicle(vehicle, road.view, {}, {}, track),
+              streak_every == 1 ? Verdict::reflection : Verdict::vehicle);
+  }
+}
+
 // Alone its left lamp was taken for one 12 m nearer, its right one for one a lane away.
 TEST(JudgeVehicle, ALoneLightBesideTheWayOfThePairsWasAnotherLamp) {
   const Road road;
