@@ -133,6 +133,12 @@ void Lamp::start_anew(CameraTime time, int paired) {
   vehicle = nullptr;
 }
 
+void Lamp::forget_before(CameraTime time) {
+  const auto keep_from =
+      std::ranges::find_if(records, [&](const auto& one) { return one.time >= time; });
+  records.erase(records.begin(), keep_from);
+}
+
 void Lamp::leave_to_pair(std::vector<LampRecord>::const_iterator first) {
   paired_sightings += static_cast<int>(first - records.cbegin());
   records.erase(records.cbegin(), first);

@@ -89,6 +89,8 @@ class Lamp {
   /// `paired` sightings were as one of a pair.
   void start_anew(CameraTime time, int paired);
 
+  void forget_before(CameraTime time);
+
   const Eigen::Vector2d& at_px() const { return at_px_; }
   const Eigen::Vector2d& velocity_pxps() const { return velocity_pxps_; }
   double position_sigma_px() const;

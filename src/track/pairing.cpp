@@ -269,9 +269,10 @@ void Pairing::join(Evidence& pair, Vehicles& vehicles, std::int64_t frame) {
     const double stretch = pair.width_per_depth / pair.inverse_depth_per_m /
                            (vehicle->width_per_depth / vehicle->inverse_depth_per_m);
     if (!fits || stretch > kMostStretch || stretch < 1.0 / kMostStretch) {
-      if (vehicle->both_seen >= kYoung) return;
+      if (vehicle->both_seen >= kYoung || vehicle->cut_after) return;
       // Hardly seen as a pair, and with another partner than this likelier one.
-      left->vehicle = right->vehicle = nullptr;
+      for (Lamp* lamp : {vehicle->left, vehicle->right})
+        if (lamp) lamp->vehicle = nullptr;
       std::erase_if(vehicles, [&](const auto& one) { return one.get() == vehicle; });
       vehicle = nullptr;
     }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 namespace vildar {
@@ -42,13 +43,13 @@ double mean(std::span<const Look> looks, double Look::*value) {
 }  // namespace
 
 bool goes_on(const Vehicle& lost, const Vehicle& found, const RoadView& view) {
-  constexpr std::size_t kFewest = 8, kMost = 20;
+  constexpr std::size_t kFewest = 8, kMost = 20, kAll = std::numeric_limits<std::size_t>::max();
   constexpr double kSigmas = 3.0, kFloor_m = 0.5, kFloorShare = 0.03;
   // Nearer to one another no vehicles follow, or drive in two lanes.
   constexpr double kMostOff_m = 5.0, kMostBeside_m = 1.2;
   if (lost.kind != found.kind) return false;
   const std::vector<Look> before = last_looks(lost, view, kMost),
-                          after = last_looks(found, view, kMost);
+                          after = last_looks(found, view, kAll);
   if (before.size() < kFewest || after.empty()) return false;
   if (after.front().time_s <= before.back().time_s) return false;
 

@@ -50,12 +50,11 @@ class Tracker::Impl {
   void find_turn(const BlobFrame& now);
   void bear(const std::vector<Spot>& spots, const Association& found, const BlobFrame& frame);
   void mark_split_records();
-  void resume_lost();
-  void drop_doubtful_past(Lamp& lamp);
+  void resume_lost(std::int64_t frame);
   double patience(const Lamp& lamp, std::int64_t frame) const;
   void end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& ended);
-  void end_vehicle(std::unique_ptr<Vehicle> vehicle, std::vector<VehicleTrack>& ended);
-  void forget_ended();
+  Verdict end_vehicle(const Vehicle& vehicle, std::vector<VehicleTrack>& ended);
+  void forget_ended(CameraTime now);
   void end_single(const Lamp& lamp, std::vector<VehicleTrack>& ended);
   void report(Verdict verdict, VehicleTrack&& track, std::vector<VehicleTrack>& ended);
   void count(Verdict verdict);
@@ -97,7 +96,7 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
   follow(spots, frame);
   note_look_alikes(lamps_, spots, vehicles_, view_, frame.frame);
   pairing_.update(lamps_, vehicles_, frame.frame, frame.time);
-  if (!view_.moving_sensor()) resume_lost();
+  if (!view_.moving_sensor()) resume_lost(frame.frame);
   mark_split_records();
   learn_strength();
   find_turn(frame);
@@ -229,17 +228,10 @@ void Tracker::Impl::follow(const std::vector<Spot>& spots, const BlobFrame& fram
     }
     vehicle->ambiguous |= any_now && all_lately;
   }
+  // What a light without a partner was before a doubtful step is not held against, or for, it.
   for (std::size_t i = 0; i < lamps_.size(); ++i)
-    if (found.doubtful[i] && !lamps_[i]->vehicle) drop_doubtful_past(*lamps_[i]);
+    if (found.doubtful[i] && !lamps_[i]->vehicle) lamps_[i]->forget_before(frame.time);
   bear(spots, found, frame);
-}
-
-// What a light without a partner was before a doubtful step is not held against, or for, it.
-void Tracker::Impl::drop_doubtful_past(Lamp& lamp) {
-  const auto keep_from =
-      std::find_if(lamp.records.begin(), lamp.records.end(),
-                   [&](const auto& one) { return one.time >= *lamp.doubtful_at; });
-  lamp.records.erase(lamp.records.begin(), keep_from);
 }
 
 void Tracker::Impl::bear(const std::vector<Spot>& spots, const Association& found,
@@ -277,23 +269,30 @@ void Tracker::Impl::mark_split_records() {
 }
 
 // A pair that was found lately may be a vehicle that was lost shortly before, or whose lamps are
-// still looked for, or have gone over to other lights. Asked again as more is seen of it.
-void Tracker::Impl::resume_lost() {
+// still looked for, or have gone over to other lights: that is cut, and waits from then on. Asked
+// again as more is seen of it.
+void Tracker::Impl::resume_lost(std::int64_t frame) {
   constexpr unsigned kLately = 16;  // frames
   for (const auto& vehicle : vehicles_) {
     const auto seen = static_cast<unsigned>(vehicle->both_seen);
-    if (seen > kLately || !std::has_single_bit(seen) || !vehicle->past_left.empty() ||
-        !vehicle->past_right.empty())
+    if (vehicle->last_both != frame || vehicle->cut_after || seen > kLately ||
+        !std::has_single_bit(seen) || !vehicle->past_left.empty() || !vehicle->past_right.empty())
       continue;
     const auto fits = [&](const auto& lost) { return goes_on(*lost, *vehicle, view_); };
-    for (const auto& other : vehicles_)
-      if (seen < kLately && other->last_both < vehicle->last_both && !other->cut_after &&
-          fits(other))
-        other->cut_after = other->last_both;
+    const auto fits_hidden = [&](const auto& other) {
+      return other->last_both < frame && !other->cut_after && fits(other);
+    };
+    const auto hidden = std::ranges::find_if(vehicles_, fits_hidden);
     const auto lost = std::ranges::find_if(waiting_, fits);
-    if (lost == waiting_.end() || std::any_of(lost + 1, waiting_.end(), fits)) continue;
-    resume(**lost, *vehicle);
-    waiting_.erase(lost);
+    const auto others =
+        std::ranges::count_if(vehicles_, fits_hidden) + std::ranges::count_if(waiting_, fits);
+    if (others != 1) continue;
+    if (hidden != vehicles_.end()) {
+      (*hidden)->cut_after = (*hidden)->last_both;
+    } else {
+      resume(**lost, *vehicle);
+      waiting_.erase(lost);
+    }
   }
 }
 
@@ -354,32 +353,36 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
     side = nullptr;
     vehicle->drove_out = !view_.inside_image(lamp->at_px(), kOutside_px);
   }
+  const auto end = [&](std::unique_ptr<Vehicle>& vehicle) {
+    if (end_vehicle(*vehicle, ended) == Verdict::vehicle) ended_.push_back(std::move(vehicle));
+    vehicle.reset();
+  };
   for (auto& vehicle : vehicles_) {
     if (vehicle->left || vehicle->right) continue;
     if (view_.moving_sensor() || vehicle->drove_out)
-      end_vehicle(std::move(vehicle), ended);
+      end(vehicle);
     else
       waiting_.push_back(std::move(vehicle));
   }
   std::erase(vehicles_, nullptr);
   for (auto& vehicle : waiting_)
-    if (seconds_of(frame.time) - seconds_of(last_seen(*vehicle)) >= kLongestWait_s)
-      end_vehicle(std::move(vehicle), ended);
+    if (seconds_of(frame.time) - seconds_of(last_seen(*vehicle)) >= kLongestWait_s) end(vehicle);
   std::erase(waiting_, nullptr);
   std::erase_if(lamps_, [&](const auto& lamp) {
     return std::find(lost.begin(), lost.end(), lamp.get()) != lost.end();
   });
-  forget_ended();
+  forget_ended(frame.time);
 }
 
 // A light that was one of a vehicle's lamps for most of its time was seen beside it.
-void Tracker::Impl::forget_ended() {
+void Tracker::Impl::forget_ended(CameraTime now) {
+  constexpr double kLongest_s = 10.0;
   std::erase_if(ended_, [&](const auto& vehicle) {
     const CameraTime last = last_seen(*vehicle);
-    return std::ranges::none_of(lamps_, [&](const auto& lamp) {
-      return !lamp->vehicle && !lamp->fixed && !lamp->records.empty() &&
-             lamp->records.front().time < last;
-    });
+    return seconds_of(now) - seconds_of(last) > kLongest_s ||
+           std::ranges::none_of(lamps_, [&](const auto& lamp) {
+             return !lamp->records.empty() && lamp->records.front().time < last;
+           });
   });
 }
 
@@ -391,12 +394,11 @@ void Tracker::Impl::report(Verdict verdict, VehicleTrack&& track,
   ended.push_back(std::move(track));
 }
 
-void Tracker::Impl::end_vehicle(std::unique_ptr<Vehicle> vehicle,
-                                std::vector<VehicleTrack>& ended) {
+Verdict Tracker::Impl::end_vehicle(const Vehicle& vehicle, std::vector<VehicleTrack>& ended) {
   VehicleTrack track;
-  const Verdict verdict = judge_vehicle(*vehicle, view_, options_, lights_, track);
+  const Verdict verdict = judge_vehicle(vehicle, view_, options_, lights_, track);
   report(verdict, std::move(track), ended);
-  if (verdict == Verdict::vehicle) ended_.push_back(std::move(vehicle));
+  return verdict;
 }
 
 void Tracker::Impl::end_single(const Lamp& lamp, std::vector<VehicleTrack>& ended) {
@@ -440,13 +442,13 @@ void Tracker::Impl::name_kinds(BlobFrame& frame, const std::vector<Spot>& spots)
 
 std::vector<VehicleTrack> Tracker::Impl::finish() {
   std::vector<VehicleTrack> ended;
-  for (auto* vehicles : {&waiting_, &vehicles_}) {
-    for (auto& vehicle : *vehicles) end_vehicle(std::move(vehicle), ended);
-    vehicles->clear();
-  }
+  for (const auto* vehicles : {&waiting_, &vehicles_})
+    for (const auto& vehicle : *vehicles) end_vehicle(*vehicle, ended);
   for (const auto& lamp : lamps_)
     if (!lamp->vehicle) end_single(*lamp, ended);
   for (const auto& lamp : lamps_) pairing_.forget(lamp.get());
+  vehicles_.clear();
+  waiting_.clear();
   ended_.clear();
   lamps_.clear();
   standing_.clear();

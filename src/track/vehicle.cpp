@@ -153,7 +153,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   const std::vector<LampRecord> right = records_of(vehicle, vehicle.right, vehicle.past_right);
   std::vector<PairLook> looks;
   std::vector<double> laterals_m, lateral_sigmas_m, strengths, tail_log_odds;
-  int clipped = 0, patches = 0;
+  int clipped = 0, patches = 0, streaks = 0;
   const auto is_patch = [&view](const LampRecord& record, double inverse_depth_per_m) {
     return record.sighting.saturated_px == 0 &&
            wider_than_a_lamp(record, inverse_depth_per_m, view);
@@ -181,6 +181,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       laterals_m.push_back(view.road_at(middle_px, fit.inverse_depth_per_m).lateral_m);
       lateral_sigmas_m.push_back(view.lateral_sigma_m(fit.inverse_depth_per_m));
       clipped += left[i].sighting.saturated_px > 0 && right[j].sighting.saturated_px > 0;
+      streaks += left[i].streak + right[j].streak;
       patches +=
           is_patch(left[i], fit.inverse_depth_per_m) || is_patch(right[j], fit.inverse_depth_per_m);
       tail_log_odds.push_back(0.5 * (left[i].tail_log_odds + right[j].tail_log_odds));
@@ -211,12 +212,9 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       static_cast<int>(looks.size()) < pairs_needed)
     return Verdict::short_track;
   constexpr double kSecondShare = 0.4, kImageShare = 0.5, kPatchShare = 0.5;
-  const auto streaks = std::ranges::count_if(left, &LampRecord::streak) +
-                       std::ranges::count_if(right, &LampRecord::streak);
   if (vehicle.second_on_body > kSecondShare * vehicle.both_seen ||
       vehicle.images > kImageShare * vehicle.both_seen ||
-      static_cast<double>(streaks) >
-          kImageShare * static_cast<double>(left.size() + right.size()) ||
+      0.5 * streaks > kImageShare * static_cast<double>(looks.size()) ||
       patches > kPatchShare * static_cast<double>(looks.size()))
     return Verdict::reflection;
   if ((!vehicle.cut_after && vehicle.chi2 > kMostChi2) ||

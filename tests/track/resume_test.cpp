@@ -47,6 +47,16 @@ TEST(GoesOn, WhereTheLostVehicleWouldBeAndNowhereElse) {
   EXPECT_FALSE(goes_on(lost, red.vehicle, road.view));
 }
 
+// Both lamps of the one found had been there beside the lost one, though no pair as yet.
+TEST(GoesOn, NotWhereTheTwoWereSeenTogether) {
+  const Road road;
+  Lamp left = road.lamp(20, 46, -3.4), right = road.lamp(20, 46, -4.6);
+  Vehicle found;
+  found.left = &left;
+  found.right = &right;
+  EXPECT_FALSE(goes_on(lost_by(road, 22), found, road.view));
+}
+
 TEST(Resume, OneTrackWithoutWhatCameAfterTheCut) {
   const Road road;
   Vehicle lost = lost_by(road, 35);
