@@ -89,6 +89,7 @@ class Lamp {
   /// `paired` sightings were as one of a pair.
   void start_anew(CameraTime time, int paired);
 
+  /// Drops the records from before that time.
   void forget_before(CameraTime time);
 
   const Eigen::Vector2d& at_px() const { return at_px_; }

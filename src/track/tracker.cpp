@@ -288,7 +288,8 @@ void Tracker::Impl::resume_lost(std::int64_t frame) {
         std::ranges::count_if(vehicles_, fits_hidden) + std::ranges::count_if(waiting_, fits);
     if (others != 1) continue;
     if (hidden != vehicles_.end()) {
-      (*hidden)->cut_after = (*hidden)->last_both;
+      // Only where it is asked again.
+      if (seen < kLately) (*hidden)->cut_after = (*hidden)->last_both;
     } else {
       resume(**lost, *vehicle);
       waiting_.erase(lost);

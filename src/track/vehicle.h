@@ -21,9 +21,9 @@ struct Vehicle {
   double chi2 = 0.0;  ///< of the pair, recent mean
   double inverse_depth_per_m = 0.0;
   double width_per_depth = 0.0;
-  Eigen::Vector2d from_left_px =
-      Eigen::Vector2d::Zero();  ///< last vector from the left lamp to the right one
-  std::int64_t last_both = 0;   ///< frame in which both lamps were last seen
+  /// Last vector from the left lamp to the right one.
+  Eigen::Vector2d from_left_px = Eigen::Vector2d::Zero();
+  std::int64_t last_both = 0;  ///< frame in which both lamps were last seen
   CameraTime last_both_time;
   std::int64_t last_good = 0;  ///< frame in which the pair last looked like one vehicle
   int second_on_body = 0;      ///< frames as the lesser pair of a vehicle with a better one

@@ -5,7 +5,7 @@
 
 #include "optics/camera.h"
 #include "scene.h"
-#include "track/lamp.h"
+#include "track/vehicle.h"
 
 namespace vildar::scene {
 
@@ -48,5 +48,13 @@ struct OneCar {
     return *made;
   }
 };
+
+inline Vehicle vehicle_of(Lamp& left, Lamp& right, int both_seen = 0) {
+  Vehicle vehicle;
+  vehicle.left = &left;
+  vehicle.right = &right;
+  vehicle.both_seen = both_seen;
+  return vehicle;
+}
 
 }  // namespace vildar::scene

@@ -51,9 +51,7 @@ TEST(GoesOn, WhereTheLostVehicleWouldBeAndNowhereElse) {
 TEST(GoesOn, NotWhereTheTwoWereSeenTogether) {
   const Road road;
   Lamp left = road.lamp(20, 46, -3.4), right = road.lamp(20, 46, -4.6);
-  Vehicle found;
-  found.left = &left;
-  found.right = &right;
+  Vehicle found = scene::vehicle_of(left, right);
   EXPECT_FALSE(goes_on(lost_by(road, 22), found, road.view));
 }
 

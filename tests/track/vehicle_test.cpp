@@ -29,10 +29,7 @@ TEST(JudgeVehicle, OneSightingPerFrameInOrderThoughASideChangedItsLamp) {
 TEST(JudgeVehicle, AShortTimeAsAPairVouchesForLittleOfALongOneAsALoneLight) {
   const Road road;
   Lamp left = road.lamp(0, 100, -3.4), right = road.lamp(92, 100, -4.6);
-  Vehicle vehicle;
-  vehicle.left = &left;
-  vehicle.right = &right;
-  vehicle.both_seen = 9;
+  Vehicle vehicle = scene::vehicle_of(left, right, 9);
   VehicleTrack track;
   ASSERT_EQ(judge_vehicle(vehicle, road.view, {}, {}, track), Verdict::vehicle);
   EXPECT_EQ(track.sightings.back().frame, 100);
@@ -52,10 +49,7 @@ TEST(JudgeVehicle, LightsWiderThanLampsThatDoNotClipAreLitRoad) {
           record.sighting.box = {0, 0, static_cast<int>(width_m * 1400.0 / range_m), 20};
           record.sighting.saturated_px = saturated_px;
         }
-      Vehicle vehicle;
-      vehicle.left = &left;
-      vehicle.right = &right;
-      vehicle.both_seen = 51;
+      Vehicle vehicle = scene::vehicle_of(left, right, 51);
       VehicleTrack track;
       EXPECT_EQ(judge_vehicle(vehicle, road.view, {}, {}, track),
                 width_m > 1.0 && saturated_px == 0 ? Verdict::reflection : Verdict::vehicle)
@@ -70,10 +64,7 @@ TEST(JudgeVehicle, LightsThatAreMostlyStreaksAreNone) {
     Lamp left = road.lamp(0, 50, -3.4), right = road.lamp(0, 20, -4.6);
     for (Lamp* lamp : {&left, &right})
       for (LampRecord& record : lamp->records) record.streak = record.frame % streak_every == 0;
-    Vehicle vehicle;
-    vehicle.left = &left;
-    vehicle.right = &right;
-    vehicle.both_seen = 21;
+    Vehicle vehicle = scene::vehicle_of(left, right, 21);
     VehicleTrack track;
     EXPECT_EQ(judge_vehicle(vehicle, road.view, {}, {}, track),
               streak_every == 1 ? Verdict::reflection : Verdict::vehicle);
@@ -134,10 +125,7 @@ TEST(JudgeSingle, ALightThatIsASeenStreakWheneverItIsUnseenIsNoLamp) {
 TEST(JudgeVehicle, NothingOfWhatCameAfterTheCut) {
   const Road road;
   Lamp left = road.lamp(0, 50, -3.4), right = road.lamp(0, 50, -4.6);
-  Vehicle vehicle;
-  vehicle.left = &left;
-  vehicle.right = &right;
-  vehicle.both_seen = 50;
+  Vehicle vehicle = scene::vehicle_of(left, right, 50);
   vehicle.cut_after = 30;
   VehicleTrack track;
   ASSERT_EQ(judge_vehicle(vehicle, road.view, {}, {}, track), Verdict::vehicle);
