@@ -94,20 +94,23 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
   constexpr std::ptrdiff_t kNearest =
       24;  // spots of one lamp: the cost must not grow with a crowd's square
   constexpr double kAgreement_px = 2.0, kPreferSmall_per_px = 0.03, kLeast_px = 1.5;
-  constexpr double kLeastSigmas = 2.0;
+  constexpr double kLeastSigmas = 2.0, kMoreThanAtRest = 1.5;
   struct Step {
     int lamp;
     Eigen::Vector2d by_px;
   };
   std::vector<Step> steps;
-  int lamps_used = 0;
+  int lamps_used = 0, at_rest = 0;
   for (int i = 0; i < static_cast<int>(lamps.size()); ++i) {
     if (lamps[i]->sightings() < kSettled) continue;
     const auto before = static_cast<std::ptrdiff_t>(steps.size());
+    bool rests = false;
     for (const Spot& spot : spots) {
       const Eigen::Vector2d by_px = spot.at_px - lamps[i]->at_px();
       if (by_px.squaredNorm() < reach_px * reach_px) steps.push_back({i, by_px});
+      rests |= by_px.squaredNorm() < kAgreement_px * kAgreement_px;
     }
+    at_rest += rests;
     lamps_used += static_cast<std::ptrdiff_t>(steps.size()) > before;
     if (static_cast<std::ptrdiff_t>(steps.size()) > before + kNearest) {
       std::nth_element(steps.begin() + before, steps.begin() + before + kNearest, steps.end(),
@@ -146,7 +149,9 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
       support = agree;
     }
   }
-  if (support < kFewest || 2 * support < lamps_used) return Eigen::Vector2d::Zero();
+  // Where most are at rest, others may seem to have moved: to their images on a wet road.
+  if (support < kFewest || 2 * support < lamps_used || support < kMoreThanAtRest * at_rest)
+    return Eigen::Vector2d::Zero();
   std::vector<double> u, v;
   for (const Step& step : steps)
     if (near(*centre, step)) {

@@ -119,6 +119,7 @@ class Lamp {
   RunningShare above;       ///< stands above where a lamp on the road can
   RunningShare mirrored;    ///< looks like the road reflection of another lamp
   RunningShare reflected;   ///< that, or was unseen where a streak was
+  RunningShare below;       ///< stands in the column below another lamp and moves along with it
   RunningShare on_vehicle;  ///< moves as a part of a vehicle that has its two lamps already
   std::optional<CameraTime> doubtful_at;  ///< when it last may have passed to another light
   int paired_sightings = 0;               ///< as one of a pair that came apart

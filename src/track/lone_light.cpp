@@ -15,9 +15,9 @@ constexpr double kFacts = 3.0;
 struct Chance {
   double lamp, glint;
 };
-constexpr Chance kRides{0.1, 0.6}, kIsMirrored{0.05, 0.25}, kIsMisshapen{0.05, 0.35},
-    kIsUnlike{0.03, 0.25}, kClips{0.9, 0.6}, kIsImaged{0.6, 0.2}, kIsUnseen{0.07, 0.3},
-    kIsPaired{0.1, 0.6}, kIsOffCourse{0.15, 0.45};
+constexpr Chance kRides{0.1, 0.6}, kIsMirrored{0.05, 0.25}, kIsBelow{0.1, 0.4},
+    kIsMisshapen{0.05, 0.35}, kIsUnlike{0.03, 0.25}, kClips{0.9, 0.6}, kIsImaged{0.6, 0.2},
+    kIsUnseen{0.07, 0.3}, kIsPaired{0.1, 0.6}, kIsOffCourse{0.15, 0.45};
 
 struct Spread {
   double mean, sigma;
@@ -55,6 +55,8 @@ double lone_lamp_log_odds(const LoneLight& light) {
   // So does the time as one of a pair, which may have been its vehicle after all.
   log_odds += kFacts * light.paired_share * std::log(kIsPaired.lamp / kIsPaired.glint);
   log_odds += kFacts * light.off_course_share * std::log(kIsOffCourse.lamp / kIsOffCourse.glint);
+  // To stand in no other's column does not speak for one: glints on bodies do not either.
+  log_odds += std::fmin(0.0, log_odds_of_share(light.below_share, kIsBelow));
   // To clip speaks for a lamp anywhere; not to clip against it only where lamps do.
   log_odds += light.lamps_clip
                   ? log_odds_of_share(light.clipped_share, kClips)

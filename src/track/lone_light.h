@@ -22,6 +22,7 @@ struct LoneLight {
   double paired_share = 0.0;      ///< of all its looks: as one of a pair that came apart
   double off_course_share = 0.0;  ///< see off_course_share()
   double unseen_share = 0.0;      ///< of the frames from its first to its last look
+  double below_share = 0.0;       ///< in the column below another lamp, and moved along with it
 };
 
 /// Natural log of the odds that it is the lamp of a vehicle of its own, a motorcycle's or a car's

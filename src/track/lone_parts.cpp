@@ -9,6 +9,8 @@ namespace {
 
 using Frames = std::vector<SeenVehicle>;
 
+constexpr double kShortly_s = 1.0;  // for which a pair vouches for what was seen after it
+
 bool both_seen(const SeenVehicle& one) { return one.sighting.left && one.sighting.right; }
 bool is_pair(const SeenVehicle& one) { return both_seen(one) && one.fits; }
 double time_s(const SeenVehicle& one) { return seconds_of(one.sighting.time); }
@@ -92,10 +94,9 @@ void drop_merged_later(Frames& seen) {
 
 // A lamp left alone for long has lost what shows that it is still the vehicle's.
 void drop_lone_tail(Frames& seen) {
-  constexpr double kShortlyAfter_s = 1.0;
   const auto last = std::find_if(seen.rbegin(), seen.rend(), is_pair);
   if (last == seen.rend()) return;
-  const double until_s = time_s(*last) + kShortlyAfter_s;
+  const double until_s = time_s(*last) + kShortly_s;
   std::erase_if(seen, [&](const auto& one) { return time_s(one) > until_s && !one.both_in_one; });
 }
 
@@ -108,9 +109,25 @@ void drop_what_no_pair_vouches_for(Frames& seen, double least_share) {
   if (spare > 0) seen.erase(seen.begin(), seen.begin() + std::min(spare, lone_before));
 }
 
+// Long away from those in a row, one pair is two lights that stood so by chance.
+void doubt_single_pairs(Frames& seen) {
+  std::vector<SeenVehicle*> pairs;
+  for (SeenVehicle& one : seen)
+    if (is_pair(one)) pairs.push_back(&one);
+  const auto far = [&](std::size_t i, std::size_t j) {
+    return j >= pairs.size() || std::abs(time_s(*pairs[i]) - time_s(*pairs[j])) > kShortly_s;
+  };
+  std::vector<std::size_t> alone;
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    if (far(i, i - 1) && far(i, i + 1)) alone.push_back(i);
+  if (alone.size() == pairs.size()) return;
+  for (const std::size_t i : alone) pairs[i]->fits = false;
+}
+
 }  // namespace
 
 void drop_strange_parts(Frames& seen, double least_pair_share) {
+  doubt_single_pairs(seen);
   drop_strangers_before(seen);
   drop_merged_later(seen);
   drop_lone_tail(seen);

@@ -50,7 +50,8 @@ std::optional<double> heights_below(const Lamp& lamp, const Lamp& source, const 
   return drop_px / (down_px.norm() * inverse_depth) / view.lamp_height_m();
 }
 
-constexpr double kHighCamera_m = 2.0, kLongestStreak = 5.0;  // lamp heights
+constexpr double kHighCamera_m = 2.0;
+constexpr double kNearestImage = 0.7, kLongestStreak = 5.0, kFarthestGlint = 8.0;  // lamp heights
 
 // A wet or smooth road shows a lamp at height h again at -h: same column, fainter, moving along.
 // A rough road draws the image out toward the viewer and fills it up to the lamp.
@@ -64,7 +65,14 @@ bool mirrors(const Lamp& lamp, const Lamp& source, const RoadView& view) {
   }
   const bool high = view.height_over_lamps_m() > kHighCamera_m;
   const auto heights = heights_below(lamp, source, view);
-  return heights && *heights > (high ? 1.4 : 0.7) && *heights < (high ? 2.8 : kLongestStreak);
+  return heights && *heights > (high ? 1.4 : kNearestImage) &&
+         *heights < (high ? 2.8 : kLongestStreak);
+}
+
+// Drops and waves show a lamp again all along its column.
+bool may_glint_of(const Lamp& lamp, const Lamp& source, const RoadView& view) {
+  const auto heights = heights_below(lamp, source, view);
+  return heights && *heights > kNearestImage && *heights < kFarthestGlint;
 }
 
 // Are the lamps of `lower` the far end of the streaks that the lamps of `source` draw on the road?
@@ -191,6 +199,12 @@ void note_look_alikes(const Lamps& lamps, const std::vector<Spot>& spots, const 
     lamp->mirrored.add(image, kMemory);
     lamp->reflected.add(image, kMemory);
     if (mirrored) lamp->records.back().casts_image = false;  // both are parts of one streak
+    lamp->below.add(std::ranges::any_of(lamps,
+                                        [&](const auto& source) {
+                                          return source != lamp && source->seen_at(frame) &&
+                                                 may_glint_of(*lamp, *source, view);
+                                        }),
+                    kMemory);
     if (lamp->vehicle) continue;
     const bool lit = std::any_of(lamps.begin(), lamps.end(), [&](const auto& source) {
       return source != lamp && source->seen_at(frame) && source->mirrored.share() < 0.5 &&

@@ -12,6 +12,12 @@ struct Look {
   double time_s, along_m, lateral_m, depth_m;
 };
 
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 // The last so many at both lamps, in order of time.
 std::vector<Look> last_looks(const Vehicle& vehicle, const RoadView& view, std::size_t most) {
   const std::vector<LampRecord> left = records_of(vehicle, vehicle.left, vehicle.past_left);
@@ -40,10 +46,43 @@ double mean(std::span<const Look> looks, double Look::*value) {
   return sum / static_cast<double>(looks.size());
 }
 
+/// Along the road at a steady speed, by medians (Theil 1950, Sen 1968): the last looks at a vehicle
+/// that is being lost are often of lamps that run together with others.
+class Way {
+ public:
+  explicit Way(std::span<const Look> looks) : time_s_(mean(looks, &Look::time_s)) {
+    std::vector<double> speeds_mps, starts_m, off_m;
+    for (std::size_t i = 0; i < looks.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        speeds_mps.push_back((looks[i].along_m - looks[j].along_m) /
+                             (looks[i].time_s - looks[j].time_s));
+    speed_mps_ = median(std::move(speeds_mps));
+    double spread_s2 = 0.0;
+    for (const Look& look : looks) {
+      const double ahead_s = look.time_s - time_s_;
+      starts_m.push_back(look.along_m - speed_mps_ * ahead_s);
+      spread_s2 += ahead_s * ahead_s;
+    }
+    start_m_ = median(starts_m);
+    for (const double start_m : starts_m) off_m.push_back(std::abs(start_m - start_m_));
+    const double scatter_m = kSigmaPerMad * median(std::move(off_m));
+    start_sigma_m_ = scatter_m / std::sqrt(static_cast<double>(looks.size()));
+    speed_sigma_mps_ = scatter_m / std::sqrt(spread_s2);
+  }
+  double along_m(double time_s) const { return start_m_ + speed_mps_ * (time_s - time_s_); }
+  double sigma_m(double time_s) const {
+    return std::hypot(start_sigma_m_, speed_sigma_mps_ * (time_s - time_s_));
+  }
+
+ private:
+  static constexpr double kSigmaPerMad = 1.4826;
+  double time_s_, start_m_ = 0.0, speed_mps_ = 0.0, start_sigma_m_ = 0.0, speed_sigma_mps_ = 0.0;
+};
+
 }  // namespace
 
 bool goes_on(const Vehicle& lost, const Vehicle& found, const RoadView& view) {
-  constexpr std::size_t kFewest = 8, kMost = 20, kAll = std::numeric_limits<std::size_t>::max();
+  constexpr std::size_t kFewest = 8, kMost = 40, kAll = std::numeric_limits<std::size_t>::max();
   constexpr double kSigmas = 3.0, kFloor_m = 0.5, kFloorShare = 0.03;
   // Nearer to one another no vehicles follow, or drive in two lanes.
   constexpr double kMostOff_m = 5.0, kMostBeside_m = 1.2;
@@ -53,20 +92,11 @@ bool goes_on(const Vehicle& lost, const Vehicle& found, const RoadView& view) {
   if (before.size() < kFewest || after.empty()) return false;
   if (after.front().time_s <= before.back().time_s) return false;
 
-  const double time_s = mean(before, &Look::time_s), along_m = mean(before, &Look::along_m);
-  double stt = 0.0, sta = 0.0, saa = 0.0;
-  for (const Look& look : before) {
-    stt += (look.time_s - time_s) * (look.time_s - time_s);
-    sta += (look.time_s - time_s) * (look.along_m - along_m);
-    saa += (look.along_m - along_m) * (look.along_m - along_m);
-  }
-  const double speed_mps = sta / stt;
-  const double n = static_cast<double>(before.size());
-  const double scatter_m2 = std::max(0.0, saa - speed_mps * sta) / (n - 2.0);
-  const double ahead_s = mean(after, &Look::time_s) - time_s;
-  const double off_m = mean(after, &Look::along_m) - (along_m + speed_mps * ahead_s);
-  const double sigma_m = std::sqrt(scatter_m2 * (1.0 / n + ahead_s * ahead_s / stt)) +
-                         std::hypot(kFloor_m, kFloorShare * mean(after, &Look::depth_m));
+  const Way way(before);
+  const double time_s = mean(after, &Look::time_s);
+  const double off_m = mean(after, &Look::along_m) - way.along_m(time_s);
+  const double sigma_m =
+      way.sigma_m(time_s) + std::hypot(kFloor_m, kFloorShare * mean(after, &Look::depth_m));
   const double beside_m = mean(after, &Look::lateral_m) - mean(before, &Look::lateral_m);
   return std::abs(off_m) < std::min(kMostOff_m, kSigmas * sigma_m) &&
          std::abs(beside_m) < kMostBeside_m;

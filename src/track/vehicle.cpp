@@ -290,6 +290,7 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   LoneLight light;
   light.riding_share = riding_share;
   light.mirrored_share = std::max(mirrored_share, share_of(&LampRecord::streak));
+  light.below_share = lamp.below.share_of_all();
   light.misshapen_share = misshapen_share(lamp.records, view);
   light.unlike_share = 1.0 - lamp.lamp_like.share_of_all();
   light.imaged_share = imaged_share;

@@ -91,5 +91,14 @@ TEST(LoneLight, ALampGrowsSteadilyAndIsNoMetreWide) {
   EXPECT_GT(share_of({1, 6, 5, 12, 1, 7, 12, 2, 6, 13}), 0.4);
 }
 
+TEST(LoneLight, InAnotherLampsColumnNowAndThenIsByChanceAndForLongIsItsGlint) {
+  LoneLight light{0.0, 0.0, 1.0, true, -1.0};
+  const double alone = lone_lamp_log_odds(light);
+  light.below_share = 0.15;
+  EXPECT_DOUBLE_EQ(lone_lamp_log_odds(light), alone);
+  light.below_share = 0.9;
+  EXPECT_LT(lone_lamp_log_odds(light), alone - std::log(20.0));
+}
+
 }  // namespace
 }  // namespace vildar

@@ -65,5 +65,14 @@ TEST_F(LoneParts, LongAfterThePairIsLeftOut) {
   EXPECT_EQ(kept().back(), 25);  // a second
 }
 
+// One more pair 1.6 s later, of what the lamp went over to and another light.
+TEST_F(LoneParts, APairLongAwayFromThoseInARowVouchesForNothing) {
+  for (int i = 0; i < 3; ++i) see(kLamp, kLamp);
+  for (int i = 0; i < 40; ++i) see(kLamp, {});
+  see(kLamp, kLamp);
+  for (int i = 0; i < 10; ++i) see(kLamp, {});
+  EXPECT_EQ(kept().back(), 27);  // a second after the last in a row
+}
+
 }  // namespace
 }  // namespace vildar

@@ -1,6 +1,7 @@
 #include "track/look_alikes.h"
 
 #include <memory>
+#include <optional>
 
 #include <gtest/gtest.h>
 
@@ -71,6 +72,39 @@ TEST(LookAlikes, ALightFarFainterThanTheLampsBehindItIsWhatTheyLight) {
     EXPECT_EQ(lamps.back()->on_vehicle.share(), fainter > 10.0 ? 1.0 : 0.0) << fainter;
     EXPECT_EQ(lamps.front()->on_vehicle.share(), 0.0);
   }
+}
+
+// Light on the road all the way from the lamp to the camera, 1.7 m below the lamp in the picture.
+// The third lamp, as far below, is of a vehicle in the next lane.
+TEST(LookAlikes, WhatKeepsToALampsColumnIsNoticed) {
+  const scene::OneCar road;
+  constexpr std::int64_t kFrames = 10;
+  Lamps lamps;
+  lamps.push_back(std::make_unique<Lamp>(road.lamp(0, kFrames, -4.0)));
+  const double nearer = 1.0 + 1.7 / road.view.height_over_lamps_m();
+  for (const double y_m : {-4.0 / nearer, -7.5 / nearer}) {
+    std::optional<Lamp> light;
+    for (std::int64_t frame = 0; frame <= kFrames; ++frame) {
+      Blob blob;
+      const double x_m = (70.0 - 0.5 * static_cast<double>(frame)) / nearer;
+      blob.centre_px = *road.camera.project({x_m, y_m, 0.68});
+      blob.flux = 50.0;
+      blob.kind = LampKind::headlamp;
+      const Spot spot{&blob, *road.view.spot_from_pixel(blob.centre_px), 0.5, blob.centre_px,
+                      blob.centre_sigma_px};
+      if (!light) {
+        light.emplace(spot, road.view.place(spot.at_px), frame, road.time_at(frame), road.view);
+      } else {
+        light->predict(0.04, road.view);
+        light->update(spot, frame, road.time_at(frame));
+      }
+    }
+    lamps.push_back(std::make_unique<Lamp>(*light));
+  }
+  note_look_alikes(lamps, {}, {}, road.view, kFrames);
+  EXPECT_EQ(lamps[0]->below.share(), 0.0);
+  EXPECT_EQ(lamps[1]->below.share(), 1.0);
+  EXPECT_EQ(lamps[2]->below.share(), 0.0);
 }
 
 }  // namespace

@@ -47,6 +47,19 @@ TEST(GoesOn, WhereTheLostVehicleWouldBeAndNowhereElse) {
   EXPECT_FALSE(goes_on(lost, red.vehicle, road.view));
 }
 
+// Before it was lost its lamps ran together with others, which drew the last looks 20 m on.
+TEST(GoesOn, WhereTheLastLooksWereDrawnAside) {
+  const Road road;
+  Vehicle lost = lost_by(road, 22);
+  for (const double y_m : {-3.4, -4.6}) {
+    auto& past = y_m > -4.0 ? lost.past_left : lost.past_right;
+    const auto drawn = road.lamp(23, 26, y_m, 20.0).records;
+    past.insert(past.end(), drawn.begin(), drawn.end());
+  }
+  EXPECT_TRUE(goes_on(lost, Found(road, 0.0, 0.0).vehicle, road.view));
+  EXPECT_FALSE(goes_on(lost, Found(road, 8.0, 0.0).vehicle, road.view));
+}
+
 // Both lamps of the one found had been there beside the lost one, though no pair as yet.
 TEST(GoesOn, NotWhereTheTwoWereSeenTogether) {
   const Road road;

@@ -1,0 +1,60 @@
+#include "track/association.h"
+
+#include <gtest/gtest.h>
+
+#include "one_car.h"
+
+namespace vildar {
+namespace {
+
+using Road = scene::OneCar;
+
+class CommonShift : public ::testing::Test {
+ protected:
+  static constexpr std::int64_t kLast = 20;
+  static constexpr double kReach_px = 60.0;
+
+  CommonShift() {
+    for (const double ahead_m : {0.0, 25.0})
+      for (const double y_m : {-3.4, -4.6, -6.9, -8.1})
+        lamps_.push_back(std::make_unique<Lamp>(road_.lamp(0, kLast, y_m, ahead_m)));
+    for (const auto& lamp : lamps_) lamp->predict(0.04, road_.view);
+  }
+  void see(const Eigen::Vector2d& off_px) {
+    for (const auto& lamp : lamps_) spots_.push_back({&blob_, lamp->at_px() + off_px});
+  }
+  Eigen::Vector2d shift_px() const { return common_shift(lamps_, spots_, kReach_px); }
+
+  Road road_;
+  Blob blob_;
+  Lamps lamps_;
+  std::vector<Spot> spots_;
+};
+
+TEST_F(CommonShift, IsWhereAllLampsWent) {
+  see({9.0, -14.0});
+  EXPECT_NEAR((shift_px() - Eigen::Vector2d(9.0, -14.0)).norm(), 0.0, 1e-9);
+}
+
+// A wet road shows all lamps again, a little below each; and a glint that was seen before is not
+// seen now, but another one is as far below it.
+TEST_F(CommonShift, IsNotFromLampsToTheirImages) {
+  const Eigen::Vector2d below_px(0.0, 12.0), beside_px(15.0, 0.0);
+  auto glint = std::make_unique<Lamp>(*lamps_.back());
+  glint->shift(below_px + beside_px, 0.04);
+  see({0.1, 0.1});
+  see(below_px);
+  spots_.push_back({&blob_, glint->at_px() + below_px});
+  lamps_.push_back(std::move(glint));
+  EXPECT_TRUE(shift_px().isZero()) << shift_px().transpose();
+}
+
+// Even where the camera shook by as much: then the lamps stand where nothing was.
+TEST_F(CommonShift, OfACameraThatShookOverAWetRoad) {
+  see({0.0, 12.0});
+  see({0.0, 24.0});
+  EXPECT_NEAR((shift_px() - Eigen::Vector2d(0.0, 12.0)).norm(), 0.0, 1e-9);
+}
+
+}  // namespace
+}  // namespace vildar
