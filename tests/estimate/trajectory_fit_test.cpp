@@ -56,6 +56,22 @@ TEST(TrajectoryFit, ALampThatIsAnothersForAWhileIsLeftOut) {
               0.2);
 }
 
+// A wet road that it lights draws one lamp aside for its last frames.
+TEST(TrajectoryFit, ALampDrawnAsideForAWhileDoesNotPull) {
+  constexpr simulated::Vehicle kFar{17.0, 0.0, 110.0, -4.0, 0.65, 1.2};
+  constexpr double kFrom_s = 2.0;
+  const Site site = surveyed();
+  for (const double off_px : {0.7, 1.0, 2.0, 3.0})
+    for (const std::uint64_t seed : {1U, 2U, 3U}) {
+      Random random(seed);
+      VehicleTrack track = simulated::track_of(kFar, site, kView, random);
+      for (VehicleSighting& sighting : track.sightings)
+        if (seconds_of(sighting.time) > kFrom_s)
+          sighting.right->centre_px += Eigen::Vector2d::Constant(off_px);
+      expect_right(estimate_vehicle(track, site, {}).result, kFar);
+    }
+}
+
 TEST(TrajectoryFit, AFarLampThatIsBlendedWithAFollowersGivesNoWrongSpeed) {
   // First one lamp alone, then the other with a lamp of the vehicle behind in it, until the vehicle
   // is near: what is seen far off makes a steady path of its own.
