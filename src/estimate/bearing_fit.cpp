@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/clock.h"
+#include "core/median.h"
 #include "estimate/camera_view.h"
 #include "estimate/path_start.h"
 #include "estimate/speed_gate.h"
@@ -74,28 +75,35 @@ Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView&
   return best;
 }
 
-// The loss tames a light that was taken for the lamp, but of a row of them each still pulls. One
-// lamp in 3000 is left out by chance; where many would be, it is the model that is wrong.
-bool leave_out_strays(GeometryProblem& problem, const PathVector& parameters) {
-  constexpr double kStray = 4.0;  // sigmas, of both axes together
-  constexpr double kMostShare = 0.3;
-  const Eigen::Matrix2Xd residuals = bearing_residuals(problem, parameters);
+struct Bearings {
   std::vector<LampObservation> lamps;
   std::vector<EgoDeviation> ego;
-  for (std::size_t i = 0; i < problem.lamps.size(); ++i) {
-    const Eigen::Vector2d off =
-        residuals.col(static_cast<Eigen::Index>(i)).cwiseQuotient(problem.sigma_factor);
-    if (off.norm() > kStray) continue;
-    lamps.push_back(problem.lamps[i]);
-    ego.push_back(problem.ego[i]);
+};
+
+// The loss tames a light that was taken for the lamp, but of a row of them each still pulls. Of all
+// that was seen one in 3000 is left out by chance; where many would be, it is the model that is
+// wrong, and none is.
+void leave_out_strays(GeometryProblem& problem, const PathVector& parameters, const Bearings& all) {
+  constexpr double kStray = 4.0;  // sigmas, of both axes together
+  constexpr double kMostShare = 0.3, kSigmaPerMad = 1.4826;
+  problem.lamps = all.lamps;
+  problem.ego = all.ego;
+  Eigen::Matrix2Xd off = bearing_residuals(problem, parameters);
+  for (int axis = 0; axis < 2; ++axis) {
+    std::vector<double> sizes;
+    for (const double value : off.row(axis)) sizes.push_back(std::abs(value));
+    off.row(axis) /= std::max(problem.sigma_factor[axis], kSigmaPerMad * median(std::move(sizes)));
   }
-  const std::size_t strays = problem.lamps.size() - lamps.size();
-  if (strays == 0 ||
-      static_cast<double>(strays) > kMostShare * static_cast<double>(problem.lamps.size()))
-    return false;
-  problem.lamps = std::move(lamps);
-  problem.ego = std::move(ego);
-  return true;
+  Bearings kept;
+  for (std::size_t i = 0; i < all.lamps.size(); ++i) {
+    if (off.col(static_cast<Eigen::Index>(i)).norm() > kStray) continue;
+    kept.lamps.push_back(all.lamps[i]);
+    kept.ego.push_back(all.ego[i]);
+  }
+  const auto most = static_cast<double>(all.lamps.size());
+  if (static_cast<double>(kept.lamps.size()) < (1.0 - kMostShare) * most) return;
+  problem.lamps = std::move(kept.lamps);
+  problem.ego = std::move(kept.ego);
 }
 
 }  // namespace
@@ -104,7 +112,8 @@ bool BearingFit::explains() const {
   constexpr double kWorstScatter_px = 5.0;
   constexpr double kMostOutliers = 0.3;
   const MotionState state = trajectory.at(trajectory.problem.reference_s);
-  return check.scatter_px.maxCoeff() <= kWorstScatter_px && check.outlier_share <= kMostOutliers &&
+  return check.scatter_px.maxCoeff() <= kWorstScatter_px &&
+         check.outlier_share <= kMostOutliers &&
          std::abs(state.acceleration_mps2) <= kHardestBraking_mps2;
 }
 
@@ -144,11 +153,16 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   seen.fit = std::get<GeometryFit>(outcome);
   // All that was seen judges the fit, also what it leaves out.
-  const auto look = [&, lamps = problem.lamps, ego = problem.ego] {
-    GeometryProblem all = problem;
-    all.lamps = lamps;
-    all.ego = ego;
-    found.check = check_residuals(all, seen.fit.parameters, camera.focal_px());
+  const Bearings all{problem.lamps, problem.ego};
+  const auto look = [&] {
+    GeometryProblem judged = problem;
+    judged.lamps = all.lamps;
+    judged.ego = all.ego;
+    found.check = check_residuals(judged, seen.fit.parameters, camera.focal_px());
+  };
+  const auto fit_again = [&] {
+    const auto again = fit_geometry(problem, seen.fit.parameters);
+    if (const auto* fit = std::get_if<GeometryFit>(&again)) seen.fit = *fit;
   };
   const auto let_wander = [&](const Eigen::Vector2d& sigma_factor) {
     problem.sigma_factor = sigma_factor;
@@ -159,17 +173,19 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
   const Eigen::Vector2d quick = found.check.quick_factor;
   if ((quick.array() > kFarOff).any()) {
     problem.sigma_factor = quick;
-    const auto again = fit_geometry(problem, seen.fit.parameters);
-    if (const auto* fit = std::get_if<GeometryFit>(&again)) seen.fit = *fit;
+    fit_again();
   }
   // Beside the scatter from frame to frame, what is left may be the vehicle's motion, and what that
   // leaves far off no lamp of it.
-  bool strays = false;
-  for (int round = 0; round < 2; ++round) {
+  constexpr int kRounds = 2;
+  for (int round = 0; round < kRounds; ++round) {
     let_wander(quick);
-    strays |= leave_out_strays(problem, seen.fit.parameters);
+    leave_out_strays(problem, seen.fit.parameters, all);
   }
-  if (strays) let_wander(quick);
+  if (problem.lamps.size() < all.lamps.size()) {
+    fit_again();
+    let_wander(quick);
+  }
   look();
   // What even that leaves makes its size less sure. The bearings are no longer judged by it: where
   // little else holds the pose, priors now draw the path away from them.

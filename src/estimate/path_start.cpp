@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/median.h"
+
 namespace vildar {
 namespace {
 
@@ -45,12 +47,6 @@ RoughPath scaled(const std::vector<Rays>& rays, Scale scale_of) {
   // Readings that fail for a good part of the track are no start.
   if (path.size() < 3 || 2 * path.size() < rays.size()) path.clear();
   return path;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 double weight_of(const RoughPoint& point) { return 1.0 / (1.0 + point.place_m.squaredNorm()); }

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
+#include "core/median.h"
 #include "track/assignment.h"
 
 namespace vildar {
@@ -100,17 +102,17 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
     Eigen::Vector2d by_px;
   };
   std::vector<Step> steps;
-  int lamps_used = 0, at_rest = 0;
+  int lamps_used = 0;
+  std::vector<double> nearest_px(lamps.size(), kInfinity);
   for (int i = 0; i < static_cast<int>(lamps.size()); ++i) {
     if (lamps[i]->sightings() < kSettled) continue;
     const auto before = static_cast<std::ptrdiff_t>(steps.size());
-    bool rests = false;
     for (const Spot& spot : spots) {
       const Eigen::Vector2d by_px = spot.at_px - lamps[i]->at_px();
       if (by_px.squaredNorm() < reach_px * reach_px) steps.push_back({i, by_px});
-      rests |= by_px.squaredNorm() < kAgreement_px * kAgreement_px;
+      double& least_px = nearest_px[static_cast<std::size_t>(i)];
+      least_px = std::min(least_px, by_px.norm());
     }
-    at_rest += rests;
     lamps_used += static_cast<std::ptrdiff_t>(steps.size()) > before;
     if (static_cast<std::ptrdiff_t>(steps.size()) > before + kNearest) {
       std::nth_element(steps.begin() + before, steps.begin() + before + kNearest, steps.end(),
@@ -149,26 +151,24 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
       support = agree;
     }
   }
+  if (support < kFewest || 2 * support < lamps_used) return Eigen::Vector2d::Zero();
   // Where most are at rest, others may seem to have moved: to their images on a wet road.
-  if (support < kFewest || 2 * support < lamps_used || support < kMoreThanAtRest * at_rest)
-    return Eigen::Vector2d::Zero();
+  const double at_rest_px = std::min(kAgreement_px, 0.5 * centre->by_px.norm());
+  const auto at_rest =
+      std::ranges::count_if(nearest_px, [&](double least_px) { return least_px < at_rest_px; });
+  if (support < kMoreThanAtRest * static_cast<double>(at_rest)) return Eigen::Vector2d::Zero();
   std::vector<double> u, v;
   for (const Step& step : steps)
     if (near(*centre, step)) {
       u.push_back(step.by_px.x());
       v.push_back(step.by_px.y());
     }
-  const auto median = [](std::vector<double>& values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  };
-  const Eigen::Vector2d shift_px(median(u), median(v));
+  const Eigen::Vector2d shift_px(median(std::move(u)), median(std::move(v)));
   // A small step that fits the lamps' own uncertainty is theirs to learn as a change of speed.
   std::vector<double> sigmas_px;
   for (const auto& lamp : lamps)
     if (lamp->sightings() >= kSettled) sigmas_px.push_back(lamp->position_sigma_px());
-  if (shift_px.norm() < std::max(kLeast_px, kLeastSigmas * median(sigmas_px)))
+  if (shift_px.norm() < std::max(kLeast_px, kLeastSigmas * median(std::move(sigmas_px))))
     return Eigen::Vector2d::Zero();
   return shift_px;
 }

@@ -114,12 +114,13 @@ class Lamp {
   int sightings() const { return sightings_; }
 
   std::vector<LampRecord> records;
-  RunningShare red;         ///< has the colour of a tail lamp, however dim
-  RunningShare lamp_like;   ///< shines like a lamp, not like something lit
-  RunningShare above;       ///< stands above where a lamp on the road can
-  RunningShare mirrored;    ///< looks like the road reflection of another lamp
-  RunningShare reflected;   ///< that, or was unseen where a streak was
-  RunningShare below;       ///< stands in the column below another lamp and moves along with it
+  RunningShare red;        ///< has the colour of a tail lamp, however dim
+  RunningShare lamp_like;  ///< shines like a lamp, not like something lit
+  RunningShare above;      ///< stands above where a lamp on the road can
+  RunningShare mirrored;   ///< looks like the road reflection of another lamp
+  RunningShare reflected;  ///< that, or was unseen where a streak was
+  RunningShare below;  ///< in the column below another lamp, moves along with it, and is not its
+                       ///< mirror image
   RunningShare on_vehicle;  ///< moves as a part of a vehicle that has its two lamps already
   std::optional<CameraTime> doubtful_at;  ///< when it last may have passed to another light
   int paired_sightings = 0;               ///< as one of a pair that came apart

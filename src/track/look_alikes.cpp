@@ -199,13 +199,11 @@ void note_look_alikes(const Lamps& lamps, const std::vector<Spot>& spots, const 
     lamp->mirrored.add(image, kMemory);
     lamp->reflected.add(image, kMemory);
     if (mirrored) lamp->records.back().casts_image = false;  // both are parts of one streak
-    lamp->below.add(std::ranges::any_of(lamps,
-                                        [&](const auto& source) {
-                                          return source != lamp && source->seen_at(frame) &&
-                                                 may_glint_of(*lamp, *source, view);
-                                        }),
-                    kMemory);
     if (lamp->vehicle) continue;
+    const bool below = !mirrored && std::ranges::any_of(lamps, [&](const auto& source) {
+      return source != lamp && source->seen_at(frame) && may_glint_of(*lamp, *source, view);
+    });
+    lamp->below.add(below, kMemory);
     const bool lit = std::any_of(lamps.begin(), lamps.end(), [&](const auto& source) {
       return source != lamp && source->seen_at(frame) && source->mirrored.share() < 0.5 &&
              source->on_vehicle.share() < 0.5 && lit_by(*lamp, *source, view);

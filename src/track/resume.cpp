@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <utility>
+
+#include "core/median.h"
 
 namespace vildar {
 namespace {
@@ -12,20 +15,15 @@ struct Look {
   double time_s, along_m, lateral_m, depth_m;
 };
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-// The last so many at both lamps, in order of time.
-std::vector<Look> last_looks(const Vehicle& vehicle, const RoadView& view, std::size_t most) {
+// The last at both lamps, for so long, in order of time.
+std::vector<Look> last_looks(const Vehicle& vehicle, const RoadView& view, double longest_s) {
   const std::vector<LampRecord> left = records_of(vehicle, vehicle.left, vehicle.past_left);
   const std::vector<LampRecord> right = records_of(vehicle, vehicle.right, vehicle.past_right);
   std::vector<Look> looks;
   for (auto one = left.rbegin(), other = right.rbegin();
-       one != left.rend() && other != right.rend() && looks.size() < most;) {
+       one != left.rend() && other != right.rend();) {
     const std::int64_t frame = std::max(one->frame, other->frame);
+    if (!looks.empty() && looks.front().time_s - seconds_of(one->time) > longest_s) break;
     if (one->frame == other->frame && one->merged_px == 0.0 && other->merged_px == 0.0) {
       const PairFit fit = view.fit_pair(one->at_px, other->at_px, 1.0);
       const RoadPosition at =
@@ -44,6 +42,12 @@ double mean(std::span<const Look> looks, double Look::*value) {
   double sum = 0.0;
   for (const Look& look : looks) sum += look.*value;
   return sum / static_cast<double>(looks.size());
+}
+
+double middle(std::span<const Look> looks, double Look::*value) {
+  std::vector<double> values;
+  for (const Look& look : looks) values.push_back(look.*value);
+  return median(std::move(values));
 }
 
 /// Along the road at a steady speed, by medians (Theil 1950, Sen 1968): the last looks at a vehicle
@@ -66,7 +70,7 @@ class Way {
     start_m_ = median(starts_m);
     for (const double start_m : starts_m) off_m.push_back(std::abs(start_m - start_m_));
     const double scatter_m = kSigmaPerMad * median(std::move(off_m));
-    start_sigma_m_ = scatter_m / std::sqrt(static_cast<double>(looks.size()));
+    start_sigma_m_ = kMedianOverMean * scatter_m / std::sqrt(static_cast<double>(looks.size()));
     speed_sigma_mps_ = scatter_m / std::sqrt(spread_s2);
   }
   double along_m(double time_s) const { return start_m_ + speed_mps_ * (time_s - time_s_); }
@@ -75,20 +79,21 @@ class Way {
   }
 
  private:
-  static constexpr double kSigmaPerMad = 1.4826;
+  static constexpr double kSigmaPerMad = 1.4826, kMedianOverMean = 1.25;  // of a normal law
   double time_s_, start_m_ = 0.0, speed_mps_ = 0.0, start_sigma_m_ = 0.0, speed_sigma_mps_ = 0.0;
 };
 
 }  // namespace
 
 bool goes_on(const Vehicle& lost, const Vehicle& found, const RoadView& view) {
-  constexpr std::size_t kFewest = 8, kMost = 40, kAll = std::numeric_limits<std::size_t>::max();
+  constexpr std::size_t kFewest = 8;
+  constexpr double kLast_s = 1.5, kAll_s = std::numeric_limits<double>::infinity();
   constexpr double kSigmas = 3.0, kFloor_m = 0.5, kFloorShare = 0.03;
   // Nearer to one another no vehicles follow, or drive in two lanes.
   constexpr double kMostOff_m = 5.0, kMostBeside_m = 1.2;
   if (lost.kind != found.kind) return false;
-  const std::vector<Look> before = last_looks(lost, view, kMost),
-                          after = last_looks(found, view, kAll);
+  const std::vector<Look> before = last_looks(lost, view, kLast_s),
+                          after = last_looks(found, view, kAll_s);
   if (before.size() < kFewest || after.empty()) return false;
   if (after.front().time_s <= before.back().time_s) return false;
 
@@ -97,7 +102,7 @@ bool goes_on(const Vehicle& lost, const Vehicle& found, const RoadView& view) {
   const double off_m = mean(after, &Look::along_m) - way.along_m(time_s);
   const double sigma_m =
       way.sigma_m(time_s) + std::hypot(kFloor_m, kFloorShare * mean(after, &Look::depth_m));
-  const double beside_m = mean(after, &Look::lateral_m) - mean(before, &Look::lateral_m);
+  const double beside_m = middle(after, &Look::lateral_m) - middle(before, &Look::lateral_m);
   return std::abs(off_m) < std::min(kMostOff_m, kSigmas * sigma_m) &&
          std::abs(beside_m) < kMostBeside_m;
 }

@@ -20,7 +20,7 @@ struct TrackOptions {
   double longest_gap_s = 0.7;
   int min_sightings = 5;           ///< of a reported vehicle; >= 2
   double min_duration_s = 0.2;     ///< from its first to its last sighting; >= 0
-  double min_single_lamp_s = 0.4;  ///< the same for a vehicle of which one lamp alone was seen
+  double min_single_lamp_s = 0.6;  ///< the same for a vehicle of which one lamp alone was seen
   double gate_chi2 =
       14.0;  ///< squared Mahalanobis distance (2 dof) a blob may have from a lamp; > 0
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/median.h"
 #include "track/lamp_way.h"
 #include "track/lone_course.h"
 #include "track/lone_light.h"
@@ -15,12 +16,6 @@ constexpr double kFaintPair = 2.5, kFaintSingle = 1.5;
 constexpr double kLeastPairShare = 0.15, kLeastPairShareMoving = 0.3;
 constexpr double kMostChi2 = 11.0;
 constexpr double kMostPairChi2 = 30.0;  // of one frame, about 2 degrees of freedom
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 LampSighting sighting_of(const LampRecord& record) {
   LampSighting sighting = record.sighting;
@@ -290,7 +285,7 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   LoneLight light;
   light.riding_share = riding_share;
   light.mirrored_share = std::max(mirrored_share, share_of(&LampRecord::streak));
-  light.below_share = lamp.below.share_of_all();
+  light.below_share = std::min(lamp.below.share(), lamp.below.share_of_all());
   light.misshapen_share = misshapen_share(lamp.records, view);
   light.unlike_share = 1.0 - lamp.lamp_like.share_of_all();
   light.imaged_share = imaged_share;

@@ -74,14 +74,15 @@ TEST(LookAlikes, ALightFarFainterThanTheLampsBehindItIsWhatTheyLight) {
   }
 }
 
-// Light on the road all the way from the lamp to the camera, 1.7 m below the lamp in the picture.
+// Light on the road all the way from the lamp to the camera, four lamp heights below the lamp in
+// the picture, farther than its mirror image.
 // The third lamp, as far below, is of a vehicle in the next lane.
 TEST(LookAlikes, WhatKeepsToALampsColumnIsNoticed) {
   const scene::OneCar road;
   constexpr std::int64_t kFrames = 10;
   Lamps lamps;
   lamps.push_back(std::make_unique<Lamp>(road.lamp(0, kFrames, -4.0)));
-  const double nearer = 1.0 + 1.7 / road.view.height_over_lamps_m();
+  const double nearer = 1.0 + 2.7 / road.view.height_over_lamps_m();
   for (const double y_m : {-4.0 / nearer, -7.5 / nearer}) {
     std::optional<Lamp> light;
     for (std::int64_t frame = 0; frame <= kFrames; ++frame) {

@@ -1,0 +1,13 @@
+#include "core/median.h"
+
+#include <algorithm>
+
+namespace vildar {
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace vildar
