@@ -16,8 +16,8 @@ struct SeenVehicle {
 /// Leaves out the frames of a vehicle in which one light alone was seen, where that may not have
 /// been its lamp: long before it was first seen as a pair or a while after it last was; as wide as
 /// no lamp of it is, or before that pair of another brightness (merged with other lights, or one of
-/// them); or more of them before the first pair than `least_pair_share` pairs can vouch for. In
-/// order of frames.
+/// them); or more of them before the first pair than `least_pair_share` pairs can vouch for. A pair
+/// more than a second from those in a row counts for none. In order of frames.
 void drop_strange_parts(std::vector<SeenVehicle>& seen, double least_pair_share);
 
 }  // namespace vildar
