@@ -85,14 +85,13 @@ struct Bearings {
 // wrong, and none is.
 void leave_out_strays(GeometryProblem& problem, const PathVector& parameters, const Bearings& all) {
   constexpr double kStray = 4.0;  // sigmas, of both axes together
-  constexpr double kMostShare = 0.3, kSigmaPerMad = 1.4826;
+  constexpr double kMostShare = 0.3;
   problem.lamps = all.lamps;
   problem.ego = all.ego;
   Eigen::Matrix2Xd off = bearing_residuals(problem, parameters);
   for (int axis = 0; axis < 2; ++axis) {
-    std::vector<double> sizes;
-    for (const double value : off.row(axis)) sizes.push_back(std::abs(value));
-    off.row(axis) /= std::max(problem.sigma_factor[axis], kSigmaPerMad * median(std::move(sizes)));
+    const auto row = off.row(axis);
+    off.row(axis) /= std::max(problem.sigma_factor[axis], robust_sigma({row.begin(), row.end()}));
   }
   Bearings kept;
   for (std::size_t i = 0; i < all.lamps.size(); ++i) {

@@ -2,20 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "core/median.h"
 #include "core/quantity.h"
 
 namespace vildar {
 namespace {
 
-constexpr double kSigmaPerMad = 1.4826;
-
-double median_abs(const Eigen::VectorXd& values) {
-  std::vector<double> sorted(values.data(), values.data() + values.size());
-  for (double& value : sorted) value = std::abs(value);
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return *middle;
+double robust_sigma_of(const Eigen::VectorXd& values) {
+  return robust_sigma({values.begin(), values.end()});
 }
 
 // Unknowns that one image axis of a track determines: offset, slope and bend.
@@ -112,9 +108,7 @@ double quick_scatter(const GeometryProblem& problem, const Eigen::VectorXd& resi
       bends.push_back(own[i] - 2.0 * own[i - 1] + own[i - 2]);
   }
   if (bends.size() < kFewest) return 1.0;
-  const auto count = static_cast<Eigen::Index>(bends.size());
-  return kSigmaPerMad * median_abs(Eigen::Map<Eigen::VectorXd>(bends.data(), count)) /
-         std::sqrt(6.0);
+  return robust_sigma(std::move(bends)) / std::sqrt(6.0);
 }
 
 }  // namespace
@@ -127,7 +121,7 @@ ResidualCheck check_residuals(const GeometryProblem& problem, const PathVector& 
   Eigen::Vector2d robust;
   for (int axis = 0; axis < 2; ++axis) {
     // Winsorised, so that outliers, which the loss already tames, do not pose as correlation.
-    robust[axis] = std::max(kSigmaPerMad * median_abs(residuals.row(axis).transpose()), 1e-12);
+    robust[axis] = std::max(robust_sigma_of(residuals.row(axis).transpose()), 1e-12);
     const Eigen::VectorXd tamed =
         residuals.row(axis).transpose().cwiseMin(3.0 * robust[axis]).cwiseMax(-3.0 * robust[axis]);
     check.quick_factor[axis] =
@@ -149,7 +143,7 @@ ResidualCheck check_residuals(const GeometryProblem& problem, const PathVector& 
     Eigen::VectorXd error(residuals.cols());
     for (Eigen::Index i = 0; i < residuals.cols(); ++i)
       error[i] = residuals(axis, i) * problem.lamps[static_cast<std::size_t>(i)].sigma[axis];
-    check.scatter_px[axis] = kSigmaPerMad * median_abs(error) * focal_px;
+    check.scatter_px[axis] = robust_sigma_of(error) * focal_px;
   }
   constexpr double kOutlier = 4.0;
   int outliers = 0;

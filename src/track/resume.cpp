@@ -68,8 +68,8 @@ class Way {
       spread_s2 += ahead_s * ahead_s;
     }
     start_m_ = median(starts_m);
-    for (const double start_m : starts_m) off_m.push_back(std::abs(start_m - start_m_));
-    const double scatter_m = kSigmaPerMad * median(std::move(off_m));
+    for (const double start_m : starts_m) off_m.push_back(start_m - start_m_);
+    const double scatter_m = robust_sigma(std::move(off_m));
     start_sigma_m_ = kMedianOverMean * scatter_m / std::sqrt(static_cast<double>(looks.size()));
     speed_sigma_mps_ = scatter_m / std::sqrt(spread_s2);
   }
@@ -79,7 +79,7 @@ class Way {
   }
 
  private:
-  static constexpr double kSigmaPerMad = 1.4826, kMedianOverMean = 1.25;  // of a normal law
+  static constexpr double kMedianOverMean = 1.25;  // sigmas, of a normal law
   double time_s_, start_m_ = 0.0, speed_mps_ = 0.0, start_sigma_m_ = 0.0, speed_sigma_mps_ = 0.0;
 };
 

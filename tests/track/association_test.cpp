@@ -1,5 +1,9 @@
 #include "track/association.h"
 
+#include <memory>
+#include <utility>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include "one_car.h"
