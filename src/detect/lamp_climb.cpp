@@ -15,8 +15,9 @@ constexpr std::size_t kBackgroundPixels = 256;
 constexpr int kMostIterations = 20;
 // Expected fall of the cost, in units of what errors in common make of it: a sixteenth of a sigma,
 // and one small enough for the next step to be the last, which nobody needs to look at: what it
-// leaves is a tenth of it. So is one that leaves less than the former, as the step before did.
-constexpr double kDone = 4e-3, kLastStep = 0.04;
+// leaves is a tenth of it. So is one that leaves less than the former, as the step before did, but
+// only where the residuals, which are judged as they were before it, are as good as those after it.
+constexpr double kDone = 4e-3, kLastStep = 0.04, kMostUnseen = 1.0;
 constexpr double kRounding = 1e-6, kLeastFall = 1e-3;  // of costs in single precision
 
 /// The falls that a climb expected, of steps that were taken one after the other.
@@ -150,7 +151,8 @@ bool LampFitter::climb(const FrameLight& light, std::span<const LampGuess> guess
   sum = add_up(light);
   std::swap(accepted_, trial_);
   double damping = 1e-3;
-  const double done = kDone * coding_.summed_px, last_step = kLastStep * coding_.summed_px;
+  const double done = kDone * coding_.summed_px, last_step = kLastStep * coding_.summed_px,
+               most_unseen = kMostUnseen * coding_.summed_px;
   Falls falls;
   for (int i = 0; i < kMostIterations; ++i, ++result_.iterations) {
     Vector move = step(sum, damping);
@@ -163,7 +165,8 @@ bool LampFitter::climb(const FrameLight& light, std::span<const LampGuess> guess
     if (!after) return false;
     const Vector before = parameters_;
     set_parameters(*after);
-    if (damping < 1.0 && (fall < last_step || falls.left() < done)) return true;
+    const bool settled = fall < most_unseen && falls.left() < done;
+    if (damping < 1.0 && (fall < last_step || settled)) return true;
     Sum trial = add_up(light);
     if (trial.frozen_cost <= (1.0 + kRounding) * sum.cost + kLeastFall) {
       sum = std::move(trial);
