@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace vildar {
 namespace {
@@ -52,6 +53,20 @@ bool hand_over(Vehicle& vehicle, const Lamp& kept, Lamp& heir) {
   old->leave_to_pair(old_then);
   old->vehicle = nullptr;
   return true;
+}
+
+void mark_split_records(Vehicle& vehicle) {
+  if (vehicle.both_seen != 1 || !vehicle.left || !vehicle.right) return;
+  if (!vehicle.past_left.empty() || !vehicle.past_right.empty()) return;
+  Lamp* older = vehicle.left;
+  Lamp* younger = vehicle.right;
+  if (older->records.front().frame > younger->records.front().frame) std::swap(older, younger);
+  const auto apart_px = came_out_of(*younger, *older);
+  if (!apart_px) return;
+  for (LampRecord& one : older->records) {
+    if (one.frame >= younger->records.front().frame) break;
+    one.merged_px = 0.5 * *apart_px;
+  }
 }
 
 }  // namespace vildar

@@ -14,4 +14,8 @@ std::optional<double> came_out_of(const Lamp& younger, const Lamp& older);
 /// stands at another distance from `kept` or on its other side.
 bool hand_over(Vehicle& vehicle, const Lamp& kept, Lamp& heir);
 
+/// Where both lamps of `vehicle` are seen for the first time and one came out of the other's blob,
+/// what was seen of that before was of both. Nothing is done elsewhere.
+void mark_split_records(Vehicle& vehicle);
+
 }  // namespace vildar

@@ -1,6 +1,7 @@
 #include "track/own_lamp.h"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 
 #include "track/lamp_way.h"
@@ -69,24 +70,74 @@ bool on_a_lamp(const Eigen::Vector2d& at_px, const PairPlace& pair) {
   return std::min((at_px - pair.left_px).norm(), (at_px - pair.right_px).norm()) < near_px;
 }
 
+/// What was seen of a vehicle, to tell its lamps by.
+class Seen {
+ public:
+  Seen(const Vehicle& vehicle, const RoadView& view)
+      : view_(view),
+        left_(records_of(vehicle, vehicle.left, vehicle.past_left)),
+        right_(records_of(vehicle, vehicle.right, vehicle.past_right)),
+        pairs_(good_pairs(left_, right_, view)),
+        way_(pairs_, view) {}
+  const std::vector<PairPlace>& pairs() const { return pairs_; }
+  const Records& left() const { return left_; }
+  const Records& right() const { return right_; }
+  // Both its lamps are other lights than any third one.
+  bool shows_both(std::int64_t frame) const {
+    const LampRecord *left = in_frame(left_, frame), *right = in_frame(right_, frame);
+    return left && right && left->merged_px == 0.0 && right->merged_px == 0.0;
+  }
+  // Whether a light was one of its lamps then; nothing where that cannot be told.
+  std::optional<bool> lamp_was(const LampRecord& light) const {
+    std::optional<bool> is_lamp = completes(light, left_, right_, view_);
+    if (!is_lamp.value_or(false))
+      if (const auto pair = pair_at(seconds_of(light.time), pairs_, way_))
+        is_lamp = on_a_lamp(light.at_px, *pair);
+    return is_lamp;
+  }
+
+ private:
+  const RoadView& view_;
+  Records left_, right_;
+  std::vector<PairPlace> pairs_;
+  LampWay way_;
+};
+
 }  // namespace
 
 bool was_lamp_of(const Lamp& light, const Vehicle& vehicle, const RoadView& view) {
-  const Records left = records_of(vehicle, vehicle.left, vehicle.past_left);
-  const Records right = records_of(vehicle, vehicle.right, vehicle.past_right);
-  const std::vector<PairPlace> pairs = good_pairs(left, right, view);
-  if (pairs.empty()) return false;
-  const LampWay way(pairs, view);
+  const Seen seen(vehicle, view);
+  if (seen.pairs().empty()) return false;
   std::size_t on_lamp = 0, told = 0;
   for (const LampRecord& record : light.records) {
-    std::optional<bool> is_lamp = completes(record, left, right, view);
-    if (!is_lamp.value_or(false))
-      if (const auto pair = pair_at(seconds_of(record.time), pairs, way))
-        is_lamp = on_a_lamp(record.at_px, *pair);
+    const std::optional<bool> is_lamp = seen.lamp_was(record);
     told += is_lamp.has_value();
     on_lamp += is_lamp.value_or(false);
   }
   return 2 * on_lamp > told && 2 * told > light.records.size();
+}
+
+std::optional<std::int64_t> last_frame_as_another(const Vehicle& vehicle,
+                                                  const std::vector<const Vehicle*>& others,
+                                                  const RoadView& view) {
+  const Seen own(vehicle, view);
+  if (own.pairs().empty()) return std::nullopt;
+  const double first_pair_s = own.pairs().front().time_s;
+  std::vector<LampRecord> alone;
+  for (const Records* records : {&own.left(), &own.right()})
+    std::ranges::copy_if(*records, std::back_inserter(alone), [&](const LampRecord& record) {
+      return seconds_of(record.time) < first_pair_s;
+    });
+  if (alone.empty()) return std::nullopt;
+  std::optional<std::int64_t> last;
+  for (const Vehicle* other : others) {
+    const Seen known(*other, view);
+    if (known.pairs().empty() || known.pairs().front().time_s >= first_pair_s) continue;
+    for (const LampRecord& record : alone)
+      if (!known.shows_both(record.frame) && known.lamp_was(record).value_or(false))
+        last = std::max(last, {record.frame});
+  }
+  return last;
 }
 
 }  // namespace vildar

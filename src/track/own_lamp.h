@@ -1,5 +1,9 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
+#include <vector>
+
 #include "track/vehicle.h"
 
 namespace vildar {
@@ -9,5 +13,12 @@ namespace vildar {
 /// after, or from shortly after on, say that this lamp was, or made a pair with the one lamp that
 /// was seen of the vehicle.
 bool was_lamp_of(const Lamp& light, const Vehicle& vehicle, const RoadView& view);
+
+/// The last frame before the first pair of `vehicle` in which a light that is held for one of its
+/// lamps was, as far as that tells, a lamp of one of `others` whose own first pair is earlier:
+/// until then the light was not this vehicle's. Nothing where there is none.
+std::optional<std::int64_t> last_frame_as_another(const Vehicle& vehicle,
+                                                  const std::vector<const Vehicle*>& others,
+                                                  const RoadView& view);
 
 }  // namespace vildar

@@ -83,6 +83,15 @@ class Way {
   double time_s_, start_m_ = 0.0, speed_mps_ = 0.0, start_sigma_m_ = 0.0, speed_sigma_mps_ = 0.0;
 };
 
+// Two vehicles do not stand in one place: what was seen there was the same lamps.
+bool in_its_place(std::span<const Look> looks, const Way& way, double lateral_m) {
+  constexpr double kInLength_m = 3.0, kInWidth_m = 0.7;
+  std::vector<double> off_m;
+  for (const Look& look : looks) off_m.push_back(look.along_m - way.along_m(look.time_s));
+  return std::abs(median(std::move(off_m))) < kInLength_m &&
+         std::abs(middle(looks, &Look::lateral_m) - lateral_m) < kInWidth_m;
+}
+
 }  // namespace
 
 bool goes_on(const Vehicle& lost, const Vehicle& found, const RoadView& view) {
@@ -93,16 +102,23 @@ bool goes_on(const Vehicle& lost, const Vehicle& found, const RoadView& view) {
   constexpr double kMostOff_m = 5.0, kMostBeside_m = 1.2;
   if (lost.kind != found.kind) return false;
   const std::vector<Look> before = last_looks(lost, view, kLast_s),
-                          after = last_looks(found, view, kAll_s);
-  if (before.size() < kFewest || after.empty()) return false;
-  if (after.front().time_s <= before.back().time_s) return false;
+                          looks = last_looks(found, view, kAll_s);
+  if (before.size() < kFewest) return false;
 
   const Way way(before);
-  const double time_s = mean(after, &Look::time_s);
-  const double off_m = mean(after, &Look::along_m) - way.along_m(time_s);
+  const double lateral_m = middle(before, &Look::lateral_m);
+  const auto after = std::ranges::upper_bound(looks, before.back().time_s, {}, &Look::time_s);
+  if (after == looks.end()) return false;
+  const auto beside = std::ranges::lower_bound(looks, before.front().time_s, {}, &Look::time_s);
+  if (beside != after && (lost.second_on_body > 0 || found.second_on_body > 0 ||
+                          !in_its_place({beside, after}, way, lateral_m)))
+    return false;
+  const std::span<const Look> later(after, looks.end());
+  const double time_s = mean(later, &Look::time_s);
+  const double off_m = mean(later, &Look::along_m) - way.along_m(time_s);
   const double sigma_m =
-      way.sigma_m(time_s) + std::hypot(kFloor_m, kFloorShare * mean(after, &Look::depth_m));
-  const double beside_m = middle(after, &Look::lateral_m) - middle(before, &Look::lateral_m);
+      way.sigma_m(time_s) + std::hypot(kFloor_m, kFloorShare * mean(later, &Look::depth_m));
+  const double beside_m = middle(later, &Look::lateral_m) - lateral_m;
   return std::abs(off_m) < std::min(kMostOff_m, kSigmas * sigma_m) &&
          std::abs(beside_m) < kMostBeside_m;
 }

@@ -49,11 +49,10 @@ class Tracker::Impl {
   void learn_strength();
   void find_turn(const BlobFrame& now);
   void bear(const std::vector<Spot>& spots, const Association& found, const BlobFrame& frame);
-  void mark_split_records();
   void resume_lost(std::int64_t frame);
   double patience(const Lamp& lamp, std::int64_t frame) const;
   void end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& ended);
-  Verdict end_vehicle(const Vehicle& vehicle, std::vector<VehicleTrack>& ended);
+  Verdict end_vehicle(Vehicle& vehicle, std::vector<VehicleTrack>& ended);
   void forget_ended(CameraTime now);
   void end_single(const Lamp& lamp, std::vector<VehicleTrack>& ended);
   void report(Verdict verdict, VehicleTrack&& track, std::vector<VehicleTrack>& ended);
@@ -97,7 +96,7 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
   note_look_alikes(lamps_, spots, vehicles_, view_, frame.frame);
   pairing_.update(lamps_, vehicles_, frame.frame, frame.time);
   if (!view_.moving_sensor()) resume_lost(frame.frame);
-  mark_split_records();
+  for (const auto& vehicle : vehicles_) mark_split_records(*vehicle);
   learn_strength();
   find_turn(frame);
   std::vector<VehicleTrack> ended;
@@ -250,24 +249,6 @@ void Tracker::Impl::bear(const std::vector<Spot>& spots, const Association& foun
   }
 }
 
-// The records of one lamp from before the other appeared beside it, out of the same blob, are of
-// both.
-void Tracker::Impl::mark_split_records() {
-  for (const auto& vehicle : vehicles_) {
-    if (vehicle->both_seen != 1 || !vehicle->left || !vehicle->right) continue;
-    if (!vehicle->past_left.empty() || !vehicle->past_right.empty()) continue;
-    Lamp* older = vehicle->left;
-    Lamp* younger = vehicle->right;
-    if (older->records.front().frame > younger->records.front().frame) std::swap(older, younger);
-    const auto apart_px = came_out_of(*younger, *older);
-    if (!apart_px) continue;
-    for (LampRecord& one : older->records) {
-      if (one.frame >= younger->records.front().frame) break;
-      one.merged_px = 0.5 * *apart_px;
-    }
-  }
-}
-
 // A pair that was found lately may be a vehicle that was lost shortly before, or whose lamps are
 // still looked for, or have gone over to other lights: that is cut, and waits from then on. Asked
 // again as more is seen of it.
@@ -360,6 +341,7 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
   };
   for (auto& vehicle : vehicles_) {
     if (vehicle->left || vehicle->right) continue;
+    cut_where_it_came_apart(*vehicle);
     if (view_.moving_sensor() || vehicle->drove_out)
       end(vehicle);
     else
@@ -375,15 +357,21 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
   forget_ended(frame.time);
 }
 
-// A light that was one of a vehicle's lamps for most of its time was seen beside it.
+// What was one of a vehicle's lamps, if for its first frames only, was seen beside it.
 void Tracker::Impl::forget_ended(CameraTime now) {
   constexpr double kLongest_s = 10.0;
   std::erase_if(ended_, [&](const auto& vehicle) {
     const CameraTime last = last_seen(*vehicle);
+    const auto before = [&](const std::vector<LampRecord>& records) {
+      return !records.empty() && records.front().time < last;
+    };
+    const auto before_it = [&](const auto& other) {
+      return before(other->past_left) || before(other->past_right);
+    };
     return seconds_of(now) - seconds_of(last) > kLongest_s ||
-           std::ranges::none_of(lamps_, [&](const auto& lamp) {
-             return !lamp->records.empty() && lamp->records.front().time < last;
-           });
+           (std::ranges::none_of(lamps_, [&](const auto& lamp) { return before(lamp->records); }) &&
+            std::ranges::none_of(vehicles_, before_it) &&
+            std::ranges::none_of(waiting_, before_it));
   });
 }
 
@@ -395,8 +383,16 @@ void Tracker::Impl::report(Verdict verdict, VehicleTrack&& track,
   ended.push_back(std::move(track));
 }
 
-Verdict Tracker::Impl::end_vehicle(const Vehicle& vehicle, std::vector<VehicleTrack>& ended) {
+Verdict Tracker::Impl::end_vehicle(Vehicle& vehicle, std::vector<VehicleTrack>& ended) {
   VehicleTrack track;
+  // A dashcam's own turning takes lights over one another.
+  if (!view_.moving_sensor()) {
+    std::vector<const Vehicle*> others;
+    for (const auto* vehicles : {&vehicles_, &waiting_, &ended_})
+      for (const auto& other : *vehicles)
+        if (other && other.get() != &vehicle) others.push_back(other.get());
+    vehicle.last_as_another = last_frame_as_another(vehicle, others, view_);
+  }
   const Verdict verdict = judge_vehicle(vehicle, view_, options_, lights_, track);
   report(verdict, std::move(track), ended);
   return verdict;
@@ -443,6 +439,7 @@ void Tracker::Impl::name_kinds(BlobFrame& frame, const std::vector<Spot>& spots)
 
 std::vector<VehicleTrack> Tracker::Impl::finish() {
   std::vector<VehicleTrack> ended;
+  for (const auto& vehicle : vehicles_) cut_where_it_came_apart(*vehicle);
   for (const auto* vehicles : {&waiting_, &vehicles_})
     for (const auto& vehicle : *vehicles) end_vehicle(*vehicle, ended);
   for (const auto& lamp : lamps_)

@@ -142,10 +142,21 @@ bool outshines(const Lamp& left, const Lamp& right, const Vehicle& other, bool k
   return lower_m > 0.0;
 }
 
+void cut_where_it_came_apart(Vehicle& gone) {
+  if (gone.cut_after || gone.chi2 <= kMostChi2 || gone.last_good == gone.last_both) return;
+  gone.cut_after = gone.last_good;
+  gone.came_apart = true;
+}
+
 Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackOptions& options,
                       const LightScale& lights, VehicleTrack& track) {
-  const std::vector<LampRecord> left = records_of(vehicle, vehicle.left, vehicle.past_left);
-  const std::vector<LampRecord> right = records_of(vehicle, vehicle.right, vehicle.past_right);
+  std::vector<LampRecord> left = records_of(vehicle, vehicle.left, vehicle.past_left);
+  std::vector<LampRecord> right = records_of(vehicle, vehicle.right, vehicle.past_right);
+  for (auto* records : {&left, &right})
+    std::erase_if(*records, [&](const LampRecord& record) {
+      return vehicle.last_as_another && record.frame <= *vehicle.last_as_another;
+    });
+  int fitting = 0;
   std::vector<PairLook> looks;
   std::vector<double> laterals_m, lateral_sigmas_m, strengths, tail_log_odds;
   int clipped = 0, patches = 0, streaks = 0;
@@ -170,6 +181,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
     if (sighting.left && sighting.right) {
       const PairFit fit = view.fit_pair(left[i].at_px, right[j].at_px, 1.0);
       fits = fit.chi2 < kMostPairChi2;
+      fitting += fits;
       const Eigen::Vector2d middle_px = 0.5 * (left[i].at_px + right[j].at_px);
       looks.push_back({seconds_of(first.time), view.place(middle_px).slope_down,
                        fit.inverse_depth_per_m, fit.width_per_depth, middle_px});
@@ -200,8 +212,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       std::max(view.moving_sensor() ? kFewestPairsMoving : kFewestPairs, options.min_sightings - 1);
   // Lamps that came apart may never have belonged together: it takes a long good part to tell.
   constexpr int kFewestPairsOfCut = 20, kSurePairsOfCut = 50;
-  if (vehicle.came_apart && static_cast<int>(looks.size()) < kFewestPairsOfCut)
-    return Verdict::undecided;
+  if (vehicle.came_apart && fitting < kFewestPairsOfCut) return Verdict::undecided;
   if (track.sightings.empty() || static_cast<int>(track.sightings.size()) < options.min_sightings ||
       duration_s(track.sightings) < options.min_duration_s ||
       static_cast<int>(looks.size()) < pairs_needed)
@@ -231,8 +242,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   }
   track.direction = track.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;
   track.single_lamp = false;
-  track.ambiguous_identity =
-      vehicle.ambiguous || (vehicle.came_apart && static_cast<int>(looks.size()) < kSurePairsOfCut);
+  track.ambiguous_identity = vehicle.ambiguous || (vehicle.came_apart && fitting < kSurePairsOfCut);
   return Verdict::vehicle;
 }
 

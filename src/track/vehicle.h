@@ -30,6 +30,8 @@ struct Vehicle {
   int images = 0;              ///< frames as the image on the road of another pair
   std::optional<std::int64_t> cut_after;  ///< last frame before it was no longer one vehicle
   bool came_apart = false;                ///< that is why it was cut
+  /// Last frame in which the one light seen of it was another vehicle's; told once it has gone.
+  std::optional<std::int64_t> last_as_another;
   bool ambiguous = false;
   bool drove_out = false;      ///< of the image, with the last of its lamps
   bool told_strength = false;  ///< has been entered in the LightScale
@@ -53,6 +55,11 @@ double strength_of(const Lamp& lamp);
 /// below the headlamps, may, and of equal ones at one height the one known first is taken. `other`
 /// needs both its lamps.
 bool outshines(const Lamp& left, const Lamp& right, const Vehicle& other, bool known_first);
+
+/// A vehicle that has gone and was coming apart when both its lamps were last seen is cut where
+/// they last looked like one vehicle's. One whose last look was good, and that yet fits badly,
+/// stays.
+void cut_where_it_came_apart(Vehicle& gone);
 
 enum class Verdict { vehicle, short_track, static_light, reflection, off_road, undecided };
 

@@ -59,5 +59,91 @@ TEST(WasLampOf, ALightThatWasForMostOfTheTimeThatTells) {
   EXPECT_FALSE(was_lamp_of(light(16), vehicle, road.view)) << "too little time tells";
 }
 
+// Its left lamp is at the known car's left one until frame 25, then in the next lane; the right one
+// is seen from frame 35 on.
+struct Newcomer {
+  Lamp left, right;
+  Vehicle vehicle;
+  explicit Newcomer(const Road& road)
+      : left(road.lamp(10, 60, [](std::int64_t frame) { return frame <= 25 ? -3.4 : -7.0; })),
+        right(road.lamp(35, 60, -8.2)),
+        vehicle(scene::vehicle_of(left, right, 26)) {}
+};
+
+// Seen as a pair but for frames 10 to 39.
+Vehicle known_at(const Road& road, double left_m, Lamp& left, Lamp& right) {
+  left = road.lamp(40, 60, left_m);
+  right = road.lamp(40, 60, left_m - 1.2);
+  Vehicle known = scene::vehicle_of(left, right);
+  known.past_left = road.lamp(0, 9, left_m).records;
+  known.past_right = road.lamp(0, 9, left_m - 1.2).records;
+  return known;
+}
+
+TEST(LastFrameAsAnother, UntilItsLampLeavesTheVehicleKnownBefore) {
+  const Road road;
+  const Newcomer found(road);
+  Lamp left = road.lamp(0, 60, -3.4), right = road.lamp(0, 60, -4.6);
+  const Vehicle known = known_at(road, -3.4, left, right);
+  EXPECT_EQ(last_frame_as_another(found.vehicle, {&known}, road.view), 25);
+  EXPECT_EQ(last_frame_as_another(found.vehicle, {}, road.view), std::nullopt);
+  // The last of several, whichever it was.
+  Lamp beside_left = left, beside_right = right;
+  const Vehicle beside = known_at(road, -7.1, beside_left, beside_right);
+  EXPECT_EQ(last_frame_as_another(found.vehicle, {&known, &beside}, road.view), 34);
+  EXPECT_EQ(last_frame_as_another(found.vehicle, {&beside, &known}, road.view), 34);
+  // With its right lamp alone seen, the light made a pair with that.
+  Vehicle half = known;
+  half.past_right = road.lamp(0, 39, -4.6).records;
+  EXPECT_EQ(last_frame_as_another(found.vehicle, {&half}, road.view), 25);
+  // With both seen, it is a third light.
+  half.past_left = road.lamp(0, 39, -3.4).records;
+  EXPECT_EQ(last_frame_as_another(found.vehicle, {&half}, road.view), std::nullopt);
+}
+
+TEST(LastFrameAsAnother, NotOneKnownLater) {
+  const Road road;
+  const Newcomer found(road);
+  for (const std::int64_t first_pair : {30, 36}) {
+    Lamp left = road.lamp(0, 60, -3.4), right = road.lamp(first_pair, 60, -4.6);
+    const Vehicle other = scene::vehicle_of(left, right);
+    EXPECT_EQ(last_frame_as_another(found.vehicle, {&other}, road.view).has_value(),
+              first_pair == 30);
+  }
+}
+
+TEST(LastFrameAsAnother, NothingUpToItIsTheVehicles) {
+  const Road road;
+  Newcomer found(road);
+  found.vehicle.last_as_another = 25;
+  VehicleTrack track;
+  ASSERT_EQ(judge_vehicle(found.vehicle, road.view, {}, {}, track), Verdict::vehicle);
+  EXPECT_EQ(track.sightings.front().frame, 26);
+  EXPECT_EQ(track.sightings.back().frame, 60);
+}
+
+// The right lamp of the first car is followed on that of the second until this one, seen as a pair
+// before, goes dark.
+TEST(LastFrameAsAnother, TheTrackerLeavesItOut) {
+  scene::Scene made;
+  made.site = scene::site_of(5.0, -4.0, 1400.0, 1920, 1080);
+  made.cars.resize(2);
+  made.cars[0].x_m = 61.0;
+  made.cars[0].speed_mps = -16.5;
+  made.cars[0].left_hidden_from_s = 0.72;
+  made.cars[0].left_hidden_to_s = 2.76;
+  made.cars[0].hidden_s = {{0.04, 1.4}};
+  made.cars[1].x_m = 65.0;
+  made.cars[1].speed_mps = -19.0;
+  made.cars[1].left_hidden_from_s = 0.16;
+  made.cars[1].left_hidden_to_s = 2.4;
+  made.cars[1].hidden_s = {{1.2, 1.72}};
+  const auto outcome = scene::run(made);
+  ASSERT_EQ(outcome.tracks.size(), 2U);
+  EXPECT_EQ(outcome.tracks_of(0), 1);
+  EXPECT_EQ(outcome.tracks_of(1), 1);
+  EXPECT_GE(outcome.recall(0), 0.5) << "for some frames the two are in one place";
+}
+
 }  // namespace
 }  // namespace vildar

@@ -1,5 +1,7 @@
 #include "track/resume.h"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "one_car.h"
@@ -35,11 +37,11 @@ TEST(GoesOn, WhereTheLostVehicleWouldBeAndNowhereElse) {
   const Vehicle lost = lost_by(road, 30);
   EXPECT_TRUE(goes_on(lost, Found(road, 0.0, 0.0).vehicle, road.view));
   EXPECT_TRUE(goes_on(lost, Found(road, 1.0, 0.3).vehicle, road.view));
-  // The next one in the lane, one in the next lane, one seen together with it.
+  // The next one in the lane, one in the next lane, one that was gone before it.
   EXPECT_FALSE(goes_on(lost, Found(road, -8.0, 0.0).vehicle, road.view));
   EXPECT_FALSE(goes_on(lost, Found(road, 8.0, 0.0).vehicle, road.view));
   EXPECT_FALSE(goes_on(lost, Found(road, 0.0, -2.5).vehicle, road.view));
-  EXPECT_FALSE(goes_on(lost_by(road, 44), Found(road, 0.0, 0.0).vehicle, road.view));
+  EXPECT_FALSE(goes_on(lost_by(road, 46), Found(road, 0.0, 0.0).vehicle, road.view));
   // Hardly seen; and tail lamps are another vehicle's.
   EXPECT_FALSE(goes_on(lost_by(road, 5), Found(road, 0.0, 0.0).vehicle, road.view));
   Found red(road, 0.0, 0.0);
@@ -60,12 +62,26 @@ TEST(GoesOn, WhereTheLastLooksWereDrawnAside) {
   EXPECT_FALSE(goes_on(lost, Found(road, 8.0, 0.0).vehicle, road.view));
 }
 
-// Both lamps of the one found had been there beside the lost one, though no pair as yet.
-TEST(GoesOn, NotWhereTheTwoWereSeenTogether) {
+// Frames 20 to 46, and the lost one until 30 in the place of this one, or beside it, where from
+// then on the other drives.
+TEST(GoesOn, OfTwoSeenTogetherOnlyInOnePlace) {
   const Road road;
-  Lamp left = road.lamp(20, 46, -3.4), right = road.lamp(20, 46, -4.6);
-  Vehicle found = scene::vehicle_of(left, right);
-  EXPECT_FALSE(goes_on(lost_by(road, 22), found, road.view));
+  const auto goes_on_from = [&](double beside_m, double ahead_m) {
+    const auto y_m = [=](std::int64_t frame) { return -3.4 + (frame <= 30 ? beside_m : 0.0); };
+    Lamp left = road.lamp(20, 46, y_m),
+         right = road.lamp(20, 46, [&](std::int64_t frame) { return y_m(frame) - 1.2; });
+    const Lamp left_ahead = road.lamp(20, 30, y_m, ahead_m),
+               right_ahead = road.lamp(
+                   20, 30, [&](std::int64_t frame) { return y_m(frame) - 1.2; }, ahead_m);
+    std::ranges::copy(left_ahead.records, left.records.begin());
+    std::ranges::copy(right_ahead.records, right.records.begin());
+    return goes_on(lost_by(road, 30), scene::vehicle_of(left, right), road.view);
+  };
+  EXPECT_TRUE(goes_on_from(0.0, 0.0));
+  EXPECT_TRUE(goes_on_from(-0.4, 1.5));
+  EXPECT_FALSE(goes_on_from(-1.0, 0.0));
+  EXPECT_FALSE(goes_on_from(0.0, 4.5));
+  EXPECT_FALSE(goes_on_from(0.0, -4.5));
 }
 
 TEST(Resume, OneTrackWithoutWhatCameAfterTheCut) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 #include "one_car.h"
 
 namespace vildar {
@@ -130,6 +132,28 @@ TEST(JudgeVehicle, NothingOfWhatCameAfterTheCut) {
   VehicleTrack track;
   ASSERT_EQ(judge_vehicle(vehicle, road.view, {}, {}, track), Verdict::vehicle);
   EXPECT_EQ(track.sightings.back().frame, 30);
+}
+
+TEST(JudgeVehicle, WhatWasComingApartWhenLastSeenIsReportedAsFarAsItWasGood) {
+  const Road road;
+  Lamp left = road.lamp(0, 70, -3.4), right = road.lamp(0, 70, -4.6);
+  const auto judge = [&](std::int64_t last_good, double chi2) {
+    Vehicle vehicle = scene::vehicle_of(left, right, 71);
+    vehicle.last_both = 70;
+    vehicle.last_good = last_good;
+    vehicle.chi2 = chi2;
+    cut_where_it_came_apart(vehicle);
+    VehicleTrack track;
+    const Verdict verdict = judge_vehicle(vehicle, road.view, {}, {}, track);
+    return std::tuple(verdict, verdict == Verdict::vehicle ? track.sightings.back().frame : -1,
+                      verdict == Verdict::vehicle && track.ambiguous_identity);
+  };
+  EXPECT_EQ(judge(60, 12.0), std::tuple(Verdict::vehicle, 60, false));
+  EXPECT_EQ(judge(40, 12.0), std::tuple(Verdict::vehicle, 40, true));
+  EXPECT_EQ(judge(15, 12.0), std::tuple(Verdict::undecided, -1, false));
+  EXPECT_EQ(judge(60, 10.0), std::tuple(Verdict::vehicle, 70, false));
+  EXPECT_EQ(judge(70, 12.0), std::tuple(Verdict::undecided, -1, false))
+      << "good when last seen, and yet bad";
 }
 
 }  // namespace
