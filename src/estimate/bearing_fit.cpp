@@ -128,24 +128,25 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
   if (view.lamps.back().time_s - view.lamps.front().time_s < kShortest_s) return Miss::too_short;
 
   BearingFit found;
-  found.readings = lamp_readings(site.lamps, track.kind, view.pairs);
+  found.readings = lamp_readings(site.lamps, track.kind, !track.single_lamp);
   Trajectory& seen = found.trajectory;
   seen.frames = view.frames;
+  seen.bearing_of = view.of;
   seen.from_s = seconds_of(track.sightings.front().time);
   seen.to_s = seconds_of(track.sightings.back().time);
   if (site.ego) seen.ego = EgoMotion(*site.ego, site.road);
   GeometryProblem& problem = seen.problem;
   problem.setting = path_setting(*site.camera, site.road);
   problem.lamps = view.lamps;
-  problem.pairs = view.pairs;
+  problem.pairs = view.pairs();
   problem.priors = metric_priors(site, likeliest(found.readings));
-  found.scaled = problem.priors.drop_m || (view.pairs && problem.priors.separation_m) ||
+  found.scaled = problem.priors.drop_m || (view.pairs() && problem.priors.separation_m) ||
                  (problem.setting.bend != 0.0 && problem.priors.radius_m);
   if (!found.scaled) {
     const LaneSite* lane = only_lane(site.road, track.direction);
     if (!lane) return Miss::no_scale;
     problem.priors.lateral_m =
-        lateral_from_camera_m(*lane, site, found.readings.front(), view.pairs);
+        lateral_from_camera_m(*lane, site, found.readings.front(), view.pairs());
     seen.lane = lane->id;
   }
   const auto outcome = fit_from_starts(problem, view, site.road, seen.ego);

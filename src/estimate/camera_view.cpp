@@ -1,5 +1,6 @@
 #include "estimate/camera_view.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -61,22 +62,46 @@ std::optional<Eigen::Vector2d> bearing_of_middle(const VehicleSighting& sighting
   return Eigen::Vector2d(bearing.azimuth_rad, bearing.elevation_rad);
 }
 
+BearingOf best_shown(const VehicleTrack& track) {
+  int both = 0, in_one = 0, left = 0, right = 0;
+  for (const VehicleSighting& sighting : track.sightings) {
+    in_one += sighting.both_in_one;
+    if (sighting.both_in_one) continue;
+    both += sighting.left && sighting.right;
+    left += sighting.left.has_value();
+    right += sighting.right.has_value();
+  }
+  if (!track.single_lamp && both >= kEnoughPairs)
+    return both >= kEnoughPairShare * static_cast<double>(track.sightings.size())
+               ? BearingOf::pair
+               : BearingOf::each_lamp;
+  if (both + in_one >= std::max(left, right)) return BearingOf::middle;
+  return left >= right ? BearingOf::left_lamp : BearingOf::right_lamp;
+}
+
 }  // namespace
 
 std::vector<LampObservation> frame_lamps(const VehicleSighting& sighting, std::size_t index,
-                                         bool pairs, const Camera& camera, const CameraSite& site) {
+                                         BearingOf of, const Camera& camera,
+                                         const CameraSite& site) {
   std::vector<LampObservation> lamps;
   const auto add = [&](const std::optional<LampSighting>& lamp, double side) {
     const auto seen =
         lamp ? observe(*lamp, index, sighting.time, side, camera, site) : std::nullopt;
     if (seen) lamps.push_back(*seen);
   };
-  if (pairs) {
-    if (!sighting.left || !sighting.right) return lamps;
+  const bool both = sighting.left && sighting.right;
+  if (of == BearingOf::pair && !both) return lamps;
+  if (sighting.both_in_one) {
+    add(sighting.left ? sighting.left : sighting.right, 0.0);
+  } else if (of == BearingOf::pair || of == BearingOf::each_lamp) {
     add(sighting.left, 0.5);
     add(sighting.right, -0.5);
-  } else if (sighting.left && sighting.right) {
-    // Too few pairs to fit a separation: the middle stands for the vehicle.
+  } else if (of == BearingOf::left_lamp) {
+    add(sighting.left, 0.0);
+  } else if (of == BearingOf::right_lamp) {
+    add(sighting.right, 0.0);
+  } else if (both) {
     const auto left = observe(*sighting.left, index, sighting.time, 0.0, camera, site);
     const auto right = observe(*sighting.right, index, sighting.time, 0.0, camera, site);
     if (!left || !right) return lamps;
@@ -85,20 +110,15 @@ std::vector<LampObservation> frame_lamps(const VehicleSighting& sighting, std::s
     middle.normalized = 0.5 * (left->normalized + right->normalized);
     middle.sigma = 0.5 * (left->sigma.cwiseAbs2() + right->sigma.cwiseAbs2()).cwiseSqrt();
     lamps.push_back(middle);
-  } else {
-    add(sighting.left ? sighting.left : sighting.right, 0.0);
   }
   return lamps;
 }
 
 CameraView camera_view(const VehicleTrack& track, const Camera& camera, const CameraSite& site) {
-  int paired = 0;
-  for (const VehicleSighting& sighting : track.sightings) paired += sighting.left && sighting.right;
   CameraView view;
-  view.pairs = !track.single_lamp && paired >= kEnoughPairs &&
-               paired >= kEnoughPairShare * static_cast<double>(track.sightings.size());
+  view.of = best_shown(track);
   for (std::size_t i = 0; i < track.sightings.size(); ++i) {
-    const auto lamps = frame_lamps(track.sightings[i], i, view.pairs, camera, site);
+    const auto lamps = frame_lamps(track.sightings[i], i, view.of, camera, site);
     view.lamps.insert(view.lamps.end(), lamps.begin(), lamps.end());
     view.frames += !lamps.empty();
   }

@@ -20,17 +20,26 @@ struct LampObservation {
   double side = 0.0;
 };
 
-/// Observations of a track in time order of its sightings. Where the vehicle is a pair, lamps seen
-/// alone are left out if the paired frames suffice: far away, one spot can be either lamp or both.
-/// `pairs` tells which reading was taken.
+/// What of a vehicle its bearings are taken of.
+enum class BearingOf { pair, each_lamp, middle, left_lamp, right_lamp };
+
+/// Observations of a track in time order of its sightings. `pair`: of both lamps, without the
+/// frames that show one alone, if those that show two suffice: far away, one spot can be either
+/// lamp or both. `each_lamp`: of whatever is seen, where a few frames show two. Else of that one
+/// place on the vehicle which most frames show. The middle of its lamps is seen where both are, and
+/// where one blob holds both.
 struct CameraView {
   std::vector<LampObservation> lamps;
   int frames = 0;  ///< sightings that gave an observation
-  bool pairs = false;
+  BearingOf of = BearingOf::middle;
+
+  /// Whether the distance of the lamps takes part.
+  bool pairs() const { return of == BearingOf::pair || of == BearingOf::each_lamp; }
 };
-/// One sighting's share of this; empty where it does not fit the reading.
+/// One sighting's share of this; empty where it does not show that place.
 std::vector<LampObservation> frame_lamps(const VehicleSighting& sighting, std::size_t index,
-                                         bool pairs, const Camera& camera, const CameraSite& site);
+                                         BearingOf of, const Camera& camera,
+                                         const CameraSite& site);
 CameraView camera_view(const VehicleTrack& track, const Camera& camera, const CameraSite& site);
 
 /// Light and bearings of each sighting, from the pixels alone.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/median.h"
 
@@ -23,8 +24,7 @@ std::vector<Rays> rays_of(const CameraView& view, const PathSetting& setting) {
     Rays rays;
     rays.time_s = lamp.time_s;
     rays.middle = road_from_camera * lamp.normalized.homogeneous();
-    if (view.pairs) {
-      if (i + 1 >= view.lamps.size() || view.lamps[i + 1].sighting != lamp.sighting) continue;
+    if (i + 1 < view.lamps.size() && view.lamps[i + 1].sighting == lamp.sighting) {
       const LampObservation& other = view.lamps[++i];
       rays.middle = road_from_camera * (0.5 * (lamp.normalized + other.normalized)).homogeneous();
       rays.width = (lamp.normalized - other.normalized).norm();
@@ -61,8 +61,11 @@ std::vector<RoughPath> rough_paths(const CameraView& view, const PathSetting& se
     if (!path.empty()) paths.push_back(std::move(path));
   };
   add(scaled(rays, [&](const Rays& ray) { return -sizes.drop_m / ray.middle.z(); }));
-  if (view.pairs)
-    add(scaled(rays, [&](const Rays& ray) { return sizes.separation_m / ray.width; }));
+  std::vector<Rays> paired;
+  std::ranges::copy_if(rays, std::back_inserter(paired),
+                       [](const Rays& ray) { return ray.width > 0.0; });
+  if (!paired.empty())
+    add(scaled(paired, [&](const Rays& ray) { return sizes.separation_m / ray.width; }));
   if (sizes.lateral_m && setting.bend == 0.0)
     add(scaled(rays, [&](const Rays& ray) { return *sizes.lateral_m / ray.middle.y(); }));
   return paths;

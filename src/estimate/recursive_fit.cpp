@@ -122,7 +122,7 @@ struct RecursiveFit::Filter {
   void follow(const VehicleSighting& sighting) {
     const double time_s = seconds_of(sighting.time);
     const auto lamps =
-        frame_lamps(sighting, 0, trajectories.front().problem.pairs, camera, *site.camera);
+        frame_lamps(sighting, 0, trajectories.front().bearing_of, camera, *site.camera);
     for (Trajectory& trajectory : trajectories) {
       GeometryProblem& problem = trajectory.problem;
       predict(time_s, trajectory);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/outcome.h"
+#include "estimate/camera_view.h"
 #include "estimate/geometry_fit.h"
 #include "estimate/motion_change.h"
 #include "types/result.h"
@@ -35,6 +36,7 @@ struct Trajectory {
   double weight = 1.0;              ///< probability among the trajectories found together
   double from_s = 0.0, to_s = 0.0;  ///< part of the track that it was fitted to
   int frames = 0;
+  BearingOf bearing_of = BearingOf::pair;  ///< what the bearings in `problem` are of
 
   MotionState at(double time_s) const;
   double lamp_height_m() const;

@@ -112,7 +112,8 @@ void drop_beside_the_way(std::vector<SeenVehicle>& seen, const RoadView& view) {
   const LampWay way(std::move(pairs), view);
   std::erase_if(seen, [&](const SeenVehicle& one) {
     const VehicleSighting& sighting = one.sighting;
-    if (one.both_in_one || sighting.left.has_value() == sighting.right.has_value()) return false;
+    if (sighting.both_in_one || sighting.left.has_value() == sighting.right.has_value())
+      return false;
     const auto place = way.at(seconds_of(sighting.time));
     const auto at_px =
         view.spot_from_pixel((sighting.left ? sighting.left : sighting.right)->centre_px);

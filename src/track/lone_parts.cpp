@@ -63,7 +63,7 @@ void drop_strangers_before(Frames& seen) {
     if (time_s(*first) - time_s(*one) > kShortlyBefore_s || until_s - time_s(*one) > kLongestGap_s)
       break;
     if (both_seen(*one)) continue;
-    if (!one->both_in_one) {
+    if (!one->sighting.both_in_one) {
       const LampSighting& lamp = only_lamp(*one);
       Likeness& then = one->sighting.left ? left : right;
       if (then.too_wide(lamp) || then.of_other_light(lamp)) continue;
@@ -80,7 +80,7 @@ void drop_strangers_before(Frames& seen) {
 void drop_merged_later(Frames& seen) {
   std::optional<Likeness> left, right;
   std::erase_if(seen, [&](const SeenVehicle& one) {
-    if (one.both_in_one) return false;
+    if (one.sighting.both_in_one) return false;
     if (is_pair(one)) {
       left ? left->learn(*one.sighting.left) : void(left.emplace(*one.sighting.left));
       right ? right->learn(*one.sighting.right) : void(right.emplace(*one.sighting.right));
@@ -97,7 +97,8 @@ void drop_lone_tail(Frames& seen) {
   const auto last = std::find_if(seen.rbegin(), seen.rend(), is_pair);
   if (last == seen.rend()) return;
   const double until_s = time_s(*last) + kShortly_s;
-  std::erase_if(seen, [&](const auto& one) { return time_s(one) > until_s && !one.both_in_one; });
+  std::erase_if(
+      seen, [&](const auto& one) { return time_s(one) > until_s && !one.sighting.both_in_one; });
 }
 
 // A short time as a pair does not vouch for a long one as a lone light, which in a queue may have

@@ -9,8 +9,7 @@ namespace vildar {
 /// A frame of a vehicle.
 struct SeenVehicle {
   VehicleSighting sighting;
-  bool both_in_one = false;  ///< one blob held both lamps
-  bool fits = true;          ///< where both were seen, as one vehicle's lamps
+  bool fits = true;  ///< where both were seen, as one vehicle's lamps
 };
 
 /// Leaves out the frames of a vehicle in which one light alone was seen, where that may not have

@@ -171,7 +171,8 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
         i == left.size() || (j < right.size() && right[j].frame <= left[i].frame);
     const LampRecord& first = use_left ? left[i] : right[j];
     VehicleSighting sighting{first.frame, first.time, std::nullopt, std::nullopt};
-    if (first.merged_px > 0.0) {
+    sighting.both_in_one = first.merged_px > 0.0;
+    if (sighting.both_in_one) {
       sighting.left = sighting_of(first);
     } else {
       if (use_left) sighting.left = sighting_of(left[i]);
@@ -195,7 +196,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       const double flux = std::min(left[i].sighting.flux, right[j].sighting.flux);
       strengths.push_back(std::log(std::max(flux, 1e-9)) - 2.0 * std::log(fit.inverse_depth_per_m));
     }
-    seen.push_back({sighting, first.merged_px > 0.0, fits});
+    seen.push_back({sighting, fits});
     i += use_left;
     j += use_right;
   }

@@ -30,6 +30,8 @@ struct VehicleSighting {
   CameraTime time;
   std::optional<LampSighting> left;
   std::optional<LampSighting> right;
+  /// The lamp present is a blob that holds both, off their middle by no more than its sigma says.
+  bool both_in_one = false;
 };
 
 /// A vehicle followed through the clip, in frame order, gaps allowed.

@@ -56,6 +56,21 @@ TEST(Recursive, EndsWhereTheBatchFitDoes) {
   }
 }
 
+// It has begun with one lamp, which is not the middle of the two.
+TEST(Recursive, ALampThatAppearsBesideTheOneFollowedDoesNotPull) {
+  const Site site = simulated::mast_site(4.0);
+  const simulated::Vehicle vehicle;
+  for (const bool left : {true, false}) {
+    VehicleTrack track = seen(vehicle, site);
+    for (VehicleSighting& sighting : track.sightings)
+      if (seconds_of(sighting.time) < 1.6) (left ? sighting.right : sighting.left).reset();
+    RecursiveFit live(site, track);
+    for (const VehicleSighting& sighting : track.sightings) live.add(sighting);
+    ASSERT_TRUE(live.state());
+    EXPECT_NEAR(live.state()->over_ground_mps, vehicle.speed_mps, 0.03 * vehicle.speed_mps);
+  }
+}
+
 TEST(Recursive, FollowsABrakingThatStartsLate) {
   const Site site = simulated::mast_site(4.0);
   // Two tracks of one vehicle, joined where it starts to brake.

@@ -115,6 +115,70 @@ TEST(TrajectoryFit, ALoneLightBeforeThePairIsNotMeasuredInItsPlace) {
   }
 }
 
+// One lamp of a vehicle in traffic, until it is near.
+constexpr simulated::Vehicle kInTraffic{9.8, 0.0, 92.0, -4.0, 0.65, 1.2};
+constexpr simulated::View kLongView{.to_s = 3.3, .sigma_px = 0.3};
+
+VehicleTrack showing_one_lamp(const Site& site, double until_s, bool left, std::uint64_t seed) {
+  Random random(seed);
+  VehicleTrack track = simulated::track_of(kInTraffic, site, kLongView, random);
+  for (VehicleSighting& sighting : track.sightings)
+    if (seconds_of(sighting.time) < until_s) (left ? sighting.right : sighting.left).reset();
+  return track;
+}
+
+TEST(TrajectoryFit, OneLampIsNotTakenForTheMiddleOfBoth) {
+  constexpr double kMostOff = 0.04;
+  const Site site = simulated::mast_site(5.0);
+  for (const double both_s : {0.08, 0.5, 1.2})  // 3, 16 and 37 of 100 frames show both
+    for (const bool left : {true, false})
+      for (const std::uint64_t seed : {1U, 2U, 3U}) {
+        const VehicleTrack track = showing_one_lamp(site, kLongView.to_s - both_s, left, seed);
+        const VehicleResult result = estimate_vehicle(track, site, {}).result;
+        expect_right(result, kInTraffic);
+        if (result.withheld) continue;
+        EXPECT_NEAR(result.speed.speed_mps, kInTraffic.speed_mps, kMostOff * kInTraffic.speed_mps)
+            << both_s << " s, left " << left;
+      }
+}
+
+TEST(TrajectoryFit, ABlobThatHoldsBothLampsStandsForTheirMiddle) {
+  constexpr double kMostOff = 0.04, kParted_s = 2.6;
+  const Site site = simulated::mast_site(5.0);
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    VehicleTrack track = showing_one_lamp(site, 0.0, true, seed);
+    for (VehicleSighting& sighting : track.sightings) {
+      if (seconds_of(sighting.time) > kParted_s) continue;
+      const Eigen::Vector2d apart_px = sighting.left->centre_px - sighting.right->centre_px;
+      sighting.left->centre_px -= 0.5 * apart_px;
+      sighting.left->centre_sigma_px.setConstant(1.0);
+      sighting.right.reset();
+      sighting.both_in_one = true;
+    }
+    const VehicleResult result = estimate_vehicle(track, site, {}).result;
+    expect_right(result, kInTraffic);
+    if (result.withheld) continue;
+    EXPECT_NEAR(result.speed.speed_mps, kInTraffic.speed_mps, kMostOff * kInTraffic.speed_mps);
+  }
+}
+
+// The left lamp is the vehicle's; of the lights beside it that are taken for its right one in turn,
+// another's was the first.
+TEST(TrajectoryFit, LampsThatAreNotOneVehiclesDenyEachOther) {
+  const Site site = simulated::mast_site(5.0);
+  constexpr simulated::Vehicle kOther{15.0, 0.0, 92.0, -4.0, 0.65, 1.2};
+  Random random(4);
+  const VehicleTrack other = simulated::track_of(kOther, site, kLongView, random);
+  VehicleTrack track = showing_one_lamp(site, 2.7, true, 1);
+  for (std::size_t i = 0; i < track.sightings.size(); ++i)
+    if (i % 3 == 0 && seconds_of(track.sightings[i].time) < 2.7) {
+      track.sightings[i].left.reset();
+      track.sightings[i].right = other.sightings[i].right;
+    }
+  const VehicleResult result = estimate_vehicle(track, site, {}).result;
+  if (!result.withheld) expect_right(result, kInTraffic);
+}
+
 TEST(TrajectoryFit, ABrakingThatBeginsInViewIsFollowed) {
   constexpr double kOnset_s = 0.16;  // between two steps of the fitted acceleration
   const Site site = surveyed();

@@ -23,7 +23,7 @@ class LoneParts : public ::testing::Test {
     const auto frame = static_cast<std::int64_t>(seen_.size());
     const CameraTime time{std::chrono::nanoseconds(
         static_cast<std::int64_t>(1e9 * kFrame_s * static_cast<double>(frame)))};
-    seen_.push_back({{frame, time, left, right}, both_in_one, fits});
+    seen_.push_back({{frame, time, left, right, both_in_one}, fits});
   }
   std::vector<std::int64_t> kept() {
     drop_strange_parts(seen_, kEverShare);
