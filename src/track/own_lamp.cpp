@@ -70,6 +70,15 @@ bool on_a_lamp(const Eigen::Vector2d& at_px, const PairPlace& pair) {
   return std::min((at_px - pair.left_px).norm(), (at_px - pair.right_px).norm()) < near_px;
 }
 
+std::int64_t last_frame_of(const Vehicle& vehicle) {
+  std::int64_t last = -1;
+  for (const Records* past : {&vehicle.past_left, &vehicle.past_right})
+    if (!past->empty()) last = std::max(last, past->back().frame);
+  for (const Lamp* lamp : {vehicle.left, vehicle.right})
+    if (lamp && !lamp->records.empty()) last = std::max(last, lamp->records.back().frame);
+  return last;
+}
+
 /// What was seen of a vehicle, to tell its lamps by.
 class Seen {
  public:
@@ -129,8 +138,10 @@ std::optional<std::int64_t> last_frame_as_another(const Vehicle& vehicle,
       return seconds_of(record.time) < first_pair_s;
     });
   if (alone.empty()) return std::nullopt;
+  const std::int64_t first = std::ranges::min(alone, {}, &LampRecord::frame).frame;
   std::optional<std::int64_t> last;
   for (const Vehicle* other : others) {
+    if (last_frame_of(*other) < first) continue;
     const Seen known(*other, view);
     if (known.pairs().empty() || known.pairs().front().time_s >= first_pair_s) continue;
     for (const LampRecord& record : alone)

@@ -385,15 +385,16 @@ void Tracker::Impl::report(Verdict verdict, VehicleTrack&& track,
 
 Verdict Tracker::Impl::end_vehicle(Vehicle& vehicle, std::vector<VehicleTrack>& ended) {
   VehicleTrack track;
+  Verdict verdict = judge_vehicle(vehicle, view_, options_, lights_, track);
   // A dashcam's own turning takes lights over one another.
-  if (!view_.moving_sensor()) {
+  if (verdict != Verdict::short_track && !view_.moving_sensor()) {
     std::vector<const Vehicle*> others;
     for (const auto* vehicles : {&vehicles_, &waiting_, &ended_})
       for (const auto& other : *vehicles)
         if (other && other.get() != &vehicle) others.push_back(other.get());
     vehicle.last_as_another = last_frame_as_another(vehicle, others, view_);
+    if (vehicle.last_as_another) verdict = judge_vehicle(vehicle, view_, options_, lights_, track);
   }
-  const Verdict verdict = judge_vehicle(vehicle, view_, options_, lights_, track);
   report(verdict, std::move(track), ended);
   return verdict;
 }
