@@ -33,6 +33,11 @@ cv::Point sixteenths(double x, double y) {
 /// Picture pixel to canvas pixel, both with (0, 0) at the centre of the first.
 double on_canvas(double position_px, double scale) { return (position_px + 0.5) * scale - 0.5; }
 
+cv::Rect2d on_canvas(const cv::Rect2d& box_px, double scale) {
+  return {on_canvas(box_px.x, scale), on_canvas(box_px.y, scale), box_px.width * scale,
+          box_px.height * scale};
+}
+
 /// The text with its plus-minus signs as single bytes 0x01, which `put_text` draws itself: the
 /// stroke font knows ASCII only.
 std::string drawable(std::string_view text) {
@@ -116,11 +121,8 @@ class Lettering {
   int sign_width_ = 0;
 };
 
-void draw_rectangle(cv::Mat& canvas, const cv::Rect2d& box_px, double scale,
-                    const cv::Scalar& colour, int width) {
-  const double left = on_canvas(box_px.x, scale), top = on_canvas(box_px.y, scale);
-  cv::rectangle(canvas, sixteenths(left, top),
-                sixteenths(left + box_px.width * scale, top + box_px.height * scale), colour, width,
+void draw_rectangle(cv::Mat& canvas, const cv::Rect2d& box, const cv::Scalar& colour, int width) {
+  cv::rectangle(canvas, sixteenths(box.x, box.y), sixteenths(box.br().x, box.br().y), colour, width,
                 cv::LINE_AA, kShift);
 }
 
@@ -156,26 +158,47 @@ void draw_trail(cv::Mat& canvas, const std::vector<Eigen::Vector2d>& trail_px, d
   }
 }
 
-/// A place for a plate near `outline` that is inside the canvas and clear of those taken, if there
-/// is one.
+/// A place for a plate over or under `outline`, as near as may be, inside the canvas and clear of
+/// plates and lights; where no place is clear of the lights, of plates alone.
 cv::Rect free_place(const cv::Mat& canvas, const cv::Rect2d& outline, const cv::Size& size,
-                    std::span<const cv::Rect> taken) {
+                    std::span<const cv::Rect> plates, std::span<const cv::Rect> lights) {
   const int x = std::clamp(static_cast<int>(outline.x + outline.width / 2) - size.width / 2, 0,
                            std::max(0, canvas.cols - size.width));
   const int lowest = std::max(0, canvas.rows - size.height);
   const int above = static_cast<int>(outline.y) - size.height - 2;
   const int below = static_cast<int>(outline.y + outline.height) + 2;
   const int step = size.height + 2;
-  for (int ring = 0; ring * step < canvas.rows; ++ring) {
-    for (const int y : {above - ring * step, below + ring * step}) {
-      const cv::Rect place({x, y}, size);
-      if (y < 0 || y > lowest) continue;
-      if (std::none_of(taken.begin(), taken.end(),
-                       [&](const cv::Rect& other) { return (other & place).area() > 0; }))
-        return place;
+  for (const std::span<const cv::Rect> avoided : {lights, std::span<const cv::Rect>()}) {
+    for (int ring = 0; ring * step < canvas.rows; ++ring) {
+      for (const int y : {above - ring * step, below + ring * step}) {
+        const cv::Rect place({x, y}, size);
+        if (y < 0 || y > lowest) continue;
+        const auto under = [&](const cv::Rect& other) { return (other & place).area() > 0; };
+        if (std::ranges::none_of(plates, under) && std::ranges::none_of(avoided, under))
+          return place;
+      }
     }
   }
   return {{x, std::clamp(above, 0, lowest)}, size};
+}
+
+struct Label {
+  std::string text;
+  cv::Scalar colour;
+  cv::Rect plate;
+};
+
+/// From a plate that stands away from its vehicle to the outline.
+void draw_leader(cv::Mat& canvas, const Label& label, const cv::Rect2d& outline, int width) {
+  const double x = outline.x + outline.width / 2;
+  const double foot = label.plate.br().y, head = label.plate.y;
+  const double gap = label.plate.height / 2.0;
+  if (outline.y - foot > gap)
+    cv::line(canvas, sixteenths(x, foot), sixteenths(x, outline.y), label.colour, width,
+             cv::LINE_AA, kShift);
+  else if (head - (outline.y + outline.height) > gap)
+    cv::line(canvas, sixteenths(x, outline.y + outline.height), sixteenths(x, head), label.colour,
+             width, cv::LINE_AA, kShift);
 }
 
 }  // namespace
@@ -199,29 +222,31 @@ cv::Rect2d vehicle_outline(const AnnotationBox& box) {
 void draw_vehicles(cv::Mat& canvas, double scale, std::span<const AnnotationBox> boxes) {
   const int width = line_width(canvas);
   const Lettering lettering(canvas);
-  std::vector<cv::Rect> taken;
+  std::vector<cv::Rect> lights;
   for (const AnnotationBox& box : boxes) {
     const cv::Scalar colour = colour_of(box.direction);
     draw_trail(canvas, box.trail_px, scale, colour, width);
     if (!box.left && !box.right) continue;
-    const cv::Rect2d outline = vehicle_outline(box);
-    draw_rectangle(canvas, outline, scale, colour, width);
-    if (box.left) draw_lamp(canvas, *box.left, scale, colour, width);
-    if (box.right) draw_lamp(canvas, *box.right, scale, colour, width);
+    draw_rectangle(canvas, on_canvas(vehicle_outline(box), scale), colour, width);
+    for (const auto& lamp : {box.left, box.right}) {
+      if (!lamp) continue;
+      draw_lamp(canvas, *lamp, scale, colour, width);
+      lights.emplace_back(on_canvas(edges(*lamp), scale));
+    }
   }
   // Texts last: no line may run through a number.
-  const cv::Rect caption(0, 0, canvas.cols / 2, lettering.plate("0").height);
-  taken.push_back(caption);
+  std::vector<cv::Rect> plates{{0, 0, canvas.cols / 2, lettering.plate("0").height}};
+  std::vector<Label> labels;
   for (const AnnotationBox& box : boxes) {
     if (!box.left && !box.right) continue;
-    const cv::Rect2d outline = vehicle_outline(box);
-    const cv::Rect2d on_screen(on_canvas(outline.x, scale), on_canvas(outline.y, scale),
-                               outline.width * scale, outline.height * scale);
-    const std::string text = drawable(
+    const cv::Rect2d outline = on_canvas(vehicle_outline(box), scale);
+    std::string text = drawable(
         box.label.empty() ? std::string("#").append(std::to_string(box.track_id)) : box.label);
-    taken.push_back(free_place(canvas, on_screen, lettering.plate(text), taken));
-    lettering.put(canvas, text, taken.back(), colour_of(box.direction));
+    plates.push_back(free_place(canvas, outline, lettering.plate(text), plates, lights));
+    labels.push_back({std::move(text), colour_of(box.direction), plates.back()});
+    draw_leader(canvas, labels.back(), outline, width);
   }
+  for (const Label& label : labels) lettering.put(canvas, label.text, label.plate, label.colour);
 }
 
 void draw_caption(cv::Mat& canvas, const std::string& text) {

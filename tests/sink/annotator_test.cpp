@@ -190,6 +190,21 @@ TEST(Overlay, DrawsAboutTheLampsAndNotOverThem) {
   EXPECT_EQ(cv::norm(canvas(cv::Rect(600, 0, 360, 720))), 0.0) << "far away nothing is drawn";
 }
 
+TEST(Overlay, LabelsCoverNoOtherLampsAndStayReadable) {
+  // One vehicle behind another, close enough that each label's first place is on the other's lamps.
+  AnnotationBox near = pair_of_lamps(), far = pair_of_lamps();
+  near.label = "#1 50.0 +- 0.4 km/h";
+  far.label = "#2 50.0 +- 0.4 km/h";
+  for (auto* lamp : {&*far.left, &*far.right}) lamp->v_min -= 48, lamp->v_max -= 48;
+  const std::vector<AnnotationBox> boxes{near, far};
+  cv::Mat canvas(720, 960, CV_8UC3, cv::Scalar::all(0));
+  draw_vehicles(canvas, 2.0, boxes);
+  for (const int top : {304, 400})
+    for (const int left : {200, 320})
+      EXPECT_EQ(cv::norm(canvas(cv::Rect(left + 3, top + 3, 14, 14))), 0.0)
+          << "lamp at " << left << ", " << top;
+}
+
 TEST(Overlay, NothingBreaksAtTheEdgesOrWithStrangeText) {
   cv::Mat canvas(48, 64, CV_8UC3, cv::Scalar::all(0));
   AnnotationBox box = pair_of_lamps();
