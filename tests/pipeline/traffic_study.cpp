@@ -1,8 +1,10 @@
-// Random traffic, rendered, run end to end and scored, beside a general tracker on the same blobs.
+// Random traffic, rendered, run end to end and scored: 24 scenes beside a general tracker on the
+// same blobs, and further sets of 24 of other seeds.
 
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +17,7 @@
 #include "detect/detector.h"
 #include "evaluate/evaluation.h"
 #include "evaluate/matching.h"
+#include "evaluate/speed_statistics.h"
 #include "optics/response.h"
 #include "pipelines/run_pipeline.h"
 #include "support/random_traffic.h"
@@ -27,14 +30,31 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kRounds = 2, kMostVehicles = 12;
+constexpr std::uint64_t kFirstSeed = 7000;
 constexpr double kNear_m = 80.0, kLong_s = 1.0;
 
 struct Totals {
   int vehicles = 0, near_and_long = 0, found = 0, measured = 0, false_measured = 0, duplicates = 0;
   int wrong_direction = 0;
   std::vector<TrackingScores> own, sort_strict, sort_patient;
-  std::vector<double> error_percent;
+  std::vector<SpeedPair> speeds;
+
+  void add(const Totals& other);
 };
+
+void Totals::add(const Totals& other) {
+  vehicles += other.vehicles;
+  near_and_long += other.near_and_long;
+  found += other.found;
+  measured += other.measured;
+  false_measured += other.false_measured;
+  duplicates += other.duplicates;
+  wrong_direction += other.wrong_direction;
+  own.insert(own.end(), other.own.begin(), other.own.end());
+  sort_strict.insert(sort_strict.end(), other.sort_strict.begin(), other.sort_strict.end());
+  sort_patient.insert(sort_patient.end(), other.sort_patient.begin(), other.sort_patient.end());
+  speeds.insert(speeds.end(), other.speeds.begin(), other.speeds.end());
+}
 
 std::vector<BlobFrame> blobs_of(const fs::path& clip_path, const Site& site) {
   ClipSource clip(clip_path, {});
@@ -78,9 +98,7 @@ void count(const Evaluation& evaluation, const std::vector<TruthVehicle>& truth,
       case VehicleScore::Outcome::measured:
         totals.found += counts;
         ++totals.measured;
-        if (score.true_mps)
-          totals.error_percent.push_back(100.0 *
-                                         std::abs(score.stated->speed_mps / *score.true_mps - 1.0));
+        if (const auto speed = score.pair()) totals.speeds.push_back(*speed);
         break;
     }
     ++totals.vehicles;
@@ -101,14 +119,46 @@ double print_tracks(const char* name, const std::vector<TrackingScores>& scenes)
   return hota;
 }
 
-void study(bool wet) {
+double print(const std::string& name, const Totals& totals) {
+  std::vector<double> error_percent;
+  for (const SpeedPair& speed : totals.speeds)
+    if (const auto error = speed.error_percent()) error_percent.push_back(std::abs(*error));
+  std::ranges::sort(error_percent);
+  const auto quantile = [&](double share) {
+    return error_percent.at(
+        static_cast<std::size_t>(share * static_cast<double>(error_percent.size() - 1)));
+  };
+  const auto inside = std::ranges::count_if(
+      totals.speeds, [](const SpeedPair& speed) { return speed.inside_95().value_or(false); });
+  const auto far_off = std::ranges::count_if(totals.speeds, [](const SpeedPair& speed) {
+    return std::abs(speed.z().value_or(0.0)) > 3.0;
+  });
+  const auto tenth_off = std::ranges::count_if(error_percent, [](double e) { return e > 10.0; });
+  std::printf(
+      "%s: %d vehicles, %d of them a second or more within 80 m, of these %d found; %d measured, "
+      "false %d (second speeds %d), wrong way %d; speed off by %.1f %% (median), %.1f %% (95 of "
+      "100); of %zu inside 95 %% %td, off by more than 3 sigmas %td, by more than 10 %% %td\n",
+      name.c_str(), totals.vehicles, totals.near_and_long, totals.found, totals.measured,
+      totals.false_measured, totals.duplicates, totals.wrong_direction, quantile(0.5),
+      quantile(0.95), totals.speeds.size(), inside, far_off, tenth_off);
+  return print_tracks("vildar", totals.own);
+}
+
+struct TrafficSet {
+  std::uint64_t first_seed = kFirstSeed;
+  bool wet = false;
+  bool beside_sort = false;
+
+  std::string name() const { return (wet ? "wet " : "dry ") + std::to_string(first_seed); }
+};
+
+Totals scored(const TrafficSet& traffic) {
   Totals totals;
   for (int round = 0; round < kRounds; ++round) {
     for (int vehicles = 1; vehicles <= kMostVehicles; ++vehicles) {
       const int number = round * kMostVehicles + vehicles;
-      const Scenario scene =
-          random_traffic(7000 + static_cast<std::uint64_t>(number), vehicles, wet);
-      const std::string name = (wet ? "wet " : "dry ") + std::to_string(number);
+      const Scenario scene = random_traffic(traffic.first_seed + static_cast<std::uint64_t>(number),
+                                            vehicles, traffic.wet);
       const fs::path folder =
           fs::path(::testing::TempDir()) / ("vildar_traffic_" + std::to_string(::getpid()));
       render(scene, folder, [](std::int64_t, std::int64_t) {});
@@ -119,33 +169,30 @@ void study(bool wet) {
       run_pipeline(options);
       const std::vector<TruthVehicle> truth = read_truth_folder(folder);
       const Evaluation evaluation = evaluate(truth, read_run_folder(options.out));
-      count(evaluation, truth, scene.frame_rate_hz, name, totals);
+      count(evaluation, truth, scene.frame_rate_hz, traffic.name() + " + " + std::to_string(number),
+            totals);
       if (evaluation.tracking) totals.own.push_back(*evaluation.tracking);
-      const Site site = load_site(folder / "site.yaml");
-      const std::vector<BlobFrame> blobs = blobs_of(*options.clip, site);
-      const RoadView view(site);
-      for (const bool patient : {false, true}) {
-        const int max_age = patient ? static_cast<int>(0.7 * scene.frame_rate_hz) : 1;
-        (patient ? totals.sort_patient : totals.sort_strict)
-            .push_back(
-                tracking_scores(tracking_frames(truth, sort_baseline(blobs, view, max_age))));
+      if (traffic.beside_sort) {
+        const Site site = load_site(folder / "site.yaml");
+        const std::vector<BlobFrame> blobs = blobs_of(*options.clip, site);
+        const RoadView view(site);
+        for (const bool patient : {false, true}) {
+          const int max_age = patient ? static_cast<int>(0.7 * scene.frame_rate_hz) : 1;
+          (patient ? totals.sort_patient : totals.sort_strict)
+              .push_back(
+                  tracking_scores(tracking_frames(truth, sort_baseline(blobs, view, max_age))));
+        }
       }
       fs::remove_all(folder);
     }
   }
-  std::sort(totals.error_percent.begin(), totals.error_percent.end());
-  const auto quantile = [&](double share) {
-    return totals.error_percent[static_cast<std::size_t>(
-        share * static_cast<double>(totals.error_percent.size() - 1))];
-  };
-  std::printf(
-      "%s: %d vehicles, %d of them a second or more within 80 m, of these %d found; %d measured, "
-      "false %d (second speeds %d), wrong way %d; speed off by %.1f %% (median), %.1f %% (95 of "
-      "100)\n",
-      wet ? "wet" : "dry", totals.vehicles, totals.near_and_long, totals.found, totals.measured,
-      totals.false_measured, totals.duplicates, totals.wrong_direction, quantile(0.5),
-      quantile(0.95));
-  const double own = print_tracks("vildar", totals.own);
+  return totals;
+}
+
+void study(bool wet) {
+  const TrafficSet traffic{.wet = wet, .beside_sort = true};
+  const Totals totals = scored(traffic);
+  const double own = print(traffic.name(), totals);
   const double strict = print_tracks("SORT, max_age 1", totals.sort_strict);
   const double patient = print_tracks("SORT, max_age 0.7 s", totals.sort_patient);
 
@@ -157,6 +204,36 @@ void study(bool wet) {
 
 TEST(Traffic, DryRoad) { study(false); }
 TEST(Traffic, WetRoad) { study(true); }
+
+/// Sets of further seeds, one after the other and taken together.
+Totals other_seeds(bool wet, std::initializer_list<std::uint64_t> first_seeds) {
+  Totals all;
+  for (const std::uint64_t first_seed : first_seeds) {
+    const TrafficSet traffic{.first_seed = first_seed, .wet = wet};
+    const Totals totals = scored(traffic);
+    print(traffic.name(), totals);
+    all.add(totals);
+  }
+  print(wet ? "wet, other seeds" : "dry, other seeds", all);
+  return all;
+}
+
+TEST(Traffic, DryRoadOtherSeeds) {
+  const Totals all = other_seeds(false, {9000, 15000});
+  EXPECT_GE(all.found, 0.99 * all.near_and_long);
+  EXPECT_EQ(all.false_measured, 0);
+  EXPECT_LE(100 * combined(all.own).clear.id_switches, all.vehicles);
+}
+
+// What is reached, not what is wanted (0.99 found, nothing false, one switch in 100):
+// docs/tracking.md tells what falls short on wet roads and why.
+TEST(Traffic, WetRoadOtherSeeds) {
+  const Totals all =
+      other_seeds(true, {9000, 15000, 23000, 31000, 41000, 53000, 67000, 79000, 83000});
+  EXPECT_GE(all.found, 0.985 * all.near_and_long);
+  EXPECT_LE(200 * all.false_measured, all.vehicles);
+  EXPECT_LE(50 * combined(all.own).clear.id_switches, all.vehicles);
+}
 
 }  // namespace
 }  // namespace vildar
