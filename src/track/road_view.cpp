@@ -175,6 +175,18 @@ RoadPosition RoadView::road_at(const Eigen::Vector2d& spot_px, double inverse_de
   return road_position(site_.road, point_m.x(), point_m.y());
 }
 
+std::optional<Eigen::Vector2d> RoadView::spot_at(const RoadPosition& at) const {
+  constexpr double kLeastDepth_m = 0.1;
+  const bool bends = site_.road.radius_m.has_value();
+  const auto ground = path_point(at.along_m, at.lateral_m, bends ? bend_of(site_.road) : 0.0,
+                                 site_.road.straight_m, bends ? site_.road.radius_m->mean : 0.0);
+  const Eigen::Vector3d point_camera_m =
+      camera_.camera_from_road() *
+      (Eigen::Vector3d(ground.x_m, ground.y_m, lamp_height_m_) - camera_.position_m());
+  if (!(point_camera_m.z() > kLeastDepth_m)) return std::nullopt;
+  return Eigen::Vector2d(focal_px_ * point_camera_m.head<2>() / point_camera_m.z());
+}
+
 double RoadView::lateral_sigma_m(double inverse_depth_per_m) const {
   return std::hypot(site_.camera->position_m[1].std,
                     site_.camera->yaw_rad.std / inverse_depth_per_m);

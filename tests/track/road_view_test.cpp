@@ -83,6 +83,31 @@ TEST(RoadView, OnABendTheLanesTellHowAFarPairIsTurned) {
   EXPECT_NEAR(place.across_px.x() / across_px.x(), 1.0, 0.1);
 }
 
+TEST(RoadView, SpotOfAPlaceOnTheRoad) {
+  for (const bool bends : {false, true}) {
+    Site site = scene::site_of(5.0, -6.0, 1400.0, 1920, 1080);
+    if (bends) {
+      site.road.kind = RoadKind::curved;
+      site.road.turn = Turn::left;
+      site.road.straight_m = 20.0;
+      site.road.radius_m = Uncertain{150.0, 1.0};
+    }
+    const RoadView view(site);
+    const Camera camera(*site.camera);
+    // On the bend a quarter of a radian round the centre at (20, 150), 4 m outside of y = 0.
+    const double turned_rad = 0.25, outside_m = 154.0;
+    const RoadPosition at{bends ? 20.0 + outside_m * turned_rad : 58.5, -4.0};
+    const Eigen::Vector3d point_m =
+        bends ? Eigen::Vector3d(20.0 + outside_m * std::sin(turned_rad),
+                                150.0 - outside_m * std::cos(turned_rad), view.lamp_height_m())
+              : Eigen::Vector3d(58.5, -4.0, view.lamp_height_m());
+    const auto spot_px = view.spot_at(at);
+    ASSERT_TRUE(spot_px);
+    EXPECT_NEAR((*spot_px - *view.spot_from_pixel(*camera.project(point_m))).norm(), 0.0, 1e-6);
+  }
+  EXPECT_FALSE(RoadView(scene::site_of(5.0, -6.0, 1400.0, 1920, 1080)).spot_at({-1.0, -4.0}));
+}
+
 TEST(RoadView, LanesAndEgoSpeed) {
   Site site = scene::site_of(5.0, -6.0, 1400.0, 1920, 1080);
   EXPECT_EQ(RoadView(site).beyond_lanes_m(50.0), 0.0);
