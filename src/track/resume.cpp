@@ -1,6 +1,7 @@
 #include "track/resume.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <span>
 #include <utility>
@@ -35,21 +36,40 @@ bool in_its_place(std::span<const LampLook> looks, const VehicleCourse& course,
          std::abs(median(std::move(beside_m))) < kInWidth_m;
 }
 
-}  // namespace
+constexpr double kLast_s = 1.5, kFirst_s = 0.7;
 
-bool goes_on(const Vehicle& lost, const Vehicle& found, const RoadView& view) {
-  constexpr double kLast_s = 1.5;
+std::span<const LampLook> last_part(std::span<const LampLook> looks) {
+  const auto first =
+      std::ranges::lower_bound(looks, looks.back().time_s - kLast_s, {}, &LampLook::time_s);
+  return {first, looks.end()};
+}
+
+// Whether what was found is where the lost one would have got to.
+bool would_be(const VehicleCourse& lost, std::span<const LampLook> found, const RoadView& view) {
   constexpr double kSigmas = 3.0, kFloor_m = 0.5, kFloorShare = 0.03;
   // Nearer to one another no vehicles follow, or drive in two lanes.
   constexpr double kMostOff_m = 5.0, kMostBeside_m = 1.0;
+  const auto enough =
+      std::ranges::lower_bound(found, found.front().time_s + kFirst_s, {}, &LampLook::time_s);
+  const auto later = lost.placed({found.begin(), enough}, view);
+  if (!later) return false;
+  const double time_s = later->time_s();
+  const double off_m = later->along_m(time_s) - lost.along_m(time_s);
+  const double sigma_m = std::hypot(lost.along_sigma_m(time_s), later->along_sigma_m(time_s)) +
+                         std::hypot(kFloor_m, kFloorShare * later->along_m(time_s));
+  return std::abs(off_m) < std::min(kMostOff_m, kSigmas * sigma_m) &&
+         std::abs(later->lateral_m() - lost.lateral_m()) < kMostBeside_m;
+}
+
+}  // namespace
+
+bool goes_on(const Vehicle& lost, const Vehicle& found, const RoadView& view) {
   if (lost.kind != found.kind) return false;
   const std::vector<LampLook> all = looks_at(lost), looks = looks_at(found);
   // A lamp seen alone to the last, or first, may be another one's.
   const auto last = std::ranges::find_if(all.rbegin(), all.rend(), both_seen).base();
   if (last == all.begin()) return false;
-  const auto first = std::ranges::lower_bound(all.begin(), last, (last - 1)->time_s - kLast_s, {},
-                                              &LampLook::time_s);
-  const std::span<const LampLook> before(first, last);
+  const std::span<const LampLook> before = last_part({all.begin(), last});
   const auto after = std::ranges::upper_bound(looks, before.back().time_s, {}, &LampLook::time_s);
   const auto pair = std::find_if(after, looks.end(), both_seen);
   if (pair == looks.end()) return false;
@@ -61,15 +81,15 @@ bool goes_on(const Vehicle& lost, const Vehicle& found, const RoadView& view) {
       (lost.second_on_body > 0 || found.second_on_body > 0 ||
        !in_its_place(together, *course, view)))
     return false;
-  const auto later = course->placed({pair, looks.end()}, view);
-  if (!later) return false;
-  const double time_s = later->time_s();
-  const double off_m = later->along_m(time_s) - course->along_m(time_s);
-  const double sigma_m = std::hypot(course->along_sigma_m(time_s), later->along_sigma_m(time_s)) +
-                         std::hypot(kFloor_m, kFloorShare * later->along_m(time_s));
-  const double beside_m = later->lateral_m() - course->lateral_m();
-  return std::abs(off_m) < std::min(kMostOff_m, kSigmas * sigma_m) &&
-         std::abs(beside_m) < kMostBeside_m;
+  return would_be(*course, {pair, looks.end()}, view);
+}
+
+bool goes_on(const std::vector<LampRecord>& lost, const std::vector<LampRecord>& found,
+             const RoadView& view) {
+  const std::vector<LampLook> all = looks_of(lost, {}), looks = looks_of(found, {});
+  if (all.empty() || looks.empty() || looks.front().time_s <= all.back().time_s) return false;
+  const auto course = VehicleCourse::of(last_part(all), view);
+  return course && would_be(*course, looks, view);
 }
 
 void resume(const Vehicle& lost, Vehicle& found) {
@@ -80,6 +100,34 @@ void resume(const Vehicle& lost, Vehicle& found) {
   found.images += lost.images;
   found.ambiguous |= lost.ambiguous;
   found.told_strength |= lost.told_strength;
+}
+
+void resume_lost(Vehicles& vehicles, Vehicles& waiting, std::int64_t frame, bool one_more_waits,
+                 const RoadView& view) {
+  constexpr unsigned kLately = 16;  // frames
+  for (const auto& vehicle : vehicles) {
+    const auto seen = static_cast<unsigned>(vehicle->both_seen);
+    const bool asked = (seen <= kLately && std::has_single_bit(seen)) || one_more_waits;
+    if (!asked || vehicle->last_both != frame || vehicle->cut_after ||
+        !vehicle->past_left.empty() || !vehicle->past_right.empty())
+      continue;
+    const auto fits = [&](const auto& lost) { return goes_on(*lost, *vehicle, view); };
+    const auto fits_hidden = [&](const auto& other) {
+      return other->last_both < frame && !other->cut_after && fits(other);
+    };
+    const auto hidden = std::ranges::find_if(vehicles, fits_hidden);
+    const auto lost = std::ranges::find_if(waiting, fits);
+    const auto others =
+        std::ranges::count_if(vehicles, fits_hidden) + std::ranges::count_if(waiting, fits);
+    if (others != 1) continue;
+    if (hidden != vehicles.end()) {
+      // Only where it is asked again.
+      if (seen < kLately) (*hidden)->cut_after = (*hidden)->last_both;
+    } else {
+      resume(**lost, *vehicle);
+      waiting.erase(lost);
+    }
+  }
 }
 
 }  // namespace vildar

@@ -1,15 +1,16 @@
 #include "track/tracker.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <map>
 #include <stdexcept>
+#include <utility>
 
 #include "track/association.h"
 #include "track/attitude.h"
 #include "track/drive_attitude.h"
 #include "track/heir.h"
+#include "track/lone_tracks.h"
 #include "track/look_alikes.h"
 #include "track/own_lamp.h"
 #include "track/pairing.h"
@@ -43,13 +44,13 @@ class Tracker::Impl {
   std::optional<CameraTime> live_since() const;
 
  private:
+  static constexpr double kOutside_px = 4.0;
   static constexpr double kReachShare = 0.03;  // of the image width, for the common motion
 
   void follow(const std::vector<Spot>& spots, const BlobFrame& frame);
   void learn_strength();
   void find_turn(const BlobFrame& now);
   void bear(const std::vector<Spot>& spots, const Association& found, const BlobFrame& frame);
-  void resume_lost(std::int64_t frame);
   double patience(const Lamp& lamp, std::int64_t frame) const;
   void end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& ended);
   Verdict end_vehicle(Vehicle& vehicle, std::vector<VehicleTrack>& ended);
@@ -68,10 +69,12 @@ class Tracker::Impl {
   Lamps lamps_;
   Vehicles vehicles_;
   Vehicles waiting_;  ///< lost from view or taken apart, and may yet be found again
-  Vehicles ended_;    ///< reported, while lights are followed that may have been their lamps
+  bool one_more_waits_ = false;
+  Vehicles ended_;  ///< reported, while lights are followed that may have been their lamps
   std::vector<std::pair<int, Lamp*>> seen_;        // spot, lamp
   std::map<const Lamp*, std::uint64_t> standing_;  ///< lights that the attitude goes by
   std::uint64_t next_standing_ = 0;
+  LoneTracks lone_;
   LightScale lights_;
   TrackCounts counts_;
   int reported_ = 0;
@@ -95,7 +98,8 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
   follow(spots, frame);
   note_look_alikes(lamps_, spots, vehicles_, view_, frame.frame);
   pairing_.update(lamps_, vehicles_, frame.frame, frame.time);
-  if (!view_.moving_sensor()) resume_lost(frame.frame);
+  if (!view_.moving_sensor())
+    resume_lost(vehicles_, waiting_, frame.frame, std::exchange(one_more_waits_, false), view_);
   for (const auto& vehicle : vehicles_) mark_split_records(*vehicle);
   learn_strength();
   find_turn(frame);
@@ -139,6 +143,7 @@ void Tracker::Impl::find_turn(const BlobFrame& now) {
     for (const auto& vehicle : *vehicles)
       for (const auto* past : {&vehicle->past_left, &vehicle->past_right})
         if (!past->empty()) oldest = std::min(oldest, past->front().frame);
+  if (const LampRecord* waiting = lone_.oldest()) oldest = std::min(oldest, waiting->frame);
   if (drive_attitude_) {
     drive_attitude_->forget_before(oldest);
   } else {
@@ -249,35 +254,6 @@ void Tracker::Impl::bear(const std::vector<Spot>& spots, const Association& foun
   }
 }
 
-// A pair that was found lately may be a vehicle that was lost shortly before, or whose lamps are
-// still looked for, or have gone over to other lights: that is cut, and waits from then on. Asked
-// again as more is seen of it.
-void Tracker::Impl::resume_lost(std::int64_t frame) {
-  constexpr unsigned kLately = 16;  // frames
-  for (const auto& vehicle : vehicles_) {
-    const auto seen = static_cast<unsigned>(vehicle->both_seen);
-    if (vehicle->last_both != frame || vehicle->cut_after || seen > kLately ||
-        !std::has_single_bit(seen) || !vehicle->past_left.empty() || !vehicle->past_right.empty())
-      continue;
-    const auto fits = [&](const auto& lost) { return goes_on(*lost, *vehicle, view_); };
-    const auto fits_hidden = [&](const auto& other) {
-      return other->last_both < frame && !other->cut_after && fits(other);
-    };
-    const auto hidden = std::ranges::find_if(vehicles_, fits_hidden);
-    const auto lost = std::ranges::find_if(waiting_, fits);
-    const auto others =
-        std::ranges::count_if(vehicles_, fits_hidden) + std::ranges::count_if(waiting_, fits);
-    if (others != 1) continue;
-    if (hidden != vehicles_.end()) {
-      // Only where it is asked again.
-      if (seen < kLately) (*hidden)->cut_after = (*hidden)->last_both;
-    } else {
-      resume(**lost, *vehicle);
-      waiting_.erase(lost);
-    }
-  }
-}
-
 // How many times the longest gap a lamp is waited for. A camera that stands can tell where a
 // vehicle that it knows well will come out from behind another one.
 double Tracker::Impl::patience(const Lamp& lamp, std::int64_t frame) const {
@@ -290,9 +266,7 @@ double Tracker::Impl::patience(const Lamp& lamp, std::int64_t frame) const {
 }
 
 void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& ended) {
-  constexpr double kOutside_px = 4.0;
   constexpr std::size_t kMostRecordsAlone = 2000, kMostRecordsFixed = 100;
-  constexpr double kLongestWait_s = 2.5;
 
   for (const auto& vehicle : vehicles_)
     if (vehicle->cut_after) {
@@ -345,7 +319,7 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
     if (view_.moving_sensor() || vehicle->drove_out)
       end(vehicle);
     else
-      waiting_.push_back(std::move(vehicle));
+      one_more_waits_ = true, waiting_.push_back(std::move(vehicle));
   }
   std::erase(vehicles_, nullptr);
   for (auto& vehicle : waiting_)
@@ -354,6 +328,8 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
   std::erase_if(lamps_, [&](const auto& lamp) {
     return std::find(lost.begin(), lost.end(), lamp.get()) != lost.end();
   });
+  for (VehicleTrack& track : lone_.take_done(frame.time, lamps_, view_))
+    report(Verdict::vehicle, std::move(track), ended);
   forget_ended(frame.time);
 }
 
@@ -407,6 +383,12 @@ void Tracker::Impl::end_single(const Lamp& lamp, std::vector<VehicleTrack>& ende
       (std::ranges::any_of(vehicles_, owns) || std::ranges::any_of(waiting_, owns) ||
        std::ranges::any_of(ended_, owns)))
     verdict = Verdict::reflection;
+  if (verdict == Verdict::vehicle && !view_.moving_sensor()) {
+    const bool drove_out = !view_.inside_image(lamp.at_px(), kOutside_px);
+    auto done = lone_.add(std::move(track), lamp.records, drove_out, view_);
+    if (!done) return;
+    track = std::move(*done);
+  }
   report(verdict, std::move(track), ended);
 }
 
@@ -445,6 +427,7 @@ std::vector<VehicleTrack> Tracker::Impl::finish() {
     for (const auto& vehicle : *vehicles) end_vehicle(*vehicle, ended);
   for (const auto& lamp : lamps_)
     if (!lamp->vehicle) end_single(*lamp, ended);
+  for (VehicleTrack& track : lone_.take_all()) report(Verdict::vehicle, std::move(track), ended);
   for (const auto& lamp : lamps_) pairing_.forget(lamp.get());
   vehicles_.clear();
   waiting_.clear();
@@ -468,6 +451,8 @@ std::optional<CameraTime> Tracker::Impl::live_since() const {
       consider(vehicle->past_left);
       consider(vehicle->past_right);
     }
+  if (const LampRecord* waiting = lone_.oldest(); waiting && (!oldest || waiting->time < *oldest))
+    oldest = waiting->time;
   return oldest;
 }
 

@@ -97,19 +97,22 @@ std::optional<VehicleCourse> VehicleCourse::fit(std::span<const LampLook> looks,
 std::optional<VehicleCourse> VehicleCourse::of(std::span<const LampLook> looks,
                                                const RoadView& view) {
   constexpr std::ptrdiff_t kFewest = 8, kFewestBoth = 4;
-  constexpr double kSeparationShare = 0.2;
+  constexpr double kSeparationShare = 0.2, kNoSeparation_m = 0.01;
   const auto both = [](const LampLook& look) { return look.left_px && look.right_px; };
-  if (std::ssize(looks) < kFewest || std::ranges::count_if(looks, both) < kFewestBoth)
-    return std::nullopt;
+  const auto pairs = std::ranges::count_if(looks, both);
+  const bool alone = pairs == 0;
+  if (std::ssize(looks) < kFewest || (!alone && pairs < kFewestBoth)) return std::nullopt;
 
   // First a line through what separation and elevation say, by medians (Theil 1950, Sen 1968).
   const double time_s = mean_time_s(looks);
   std::vector<double> times_s, alongs_m, speeds_mps, starts_m, laterals_m;
   for (const LampLook& look : looks) {
-    if (!both(look)) continue;
-    const PairFit fit = view.fit_pair(*look.left_px, *look.right_px, 1.0);
-    const RoadPosition at =
-        view.road_at(0.5 * (*look.left_px + *look.right_px), fit.inverse_depth_per_m);
+    if (!alone && !both(look)) continue;
+    const Eigen::Vector2d at_px = alone ? (look.left_px ? *look.left_px : *look.right_px)
+                                        : 0.5 * (*look.left_px + *look.right_px);
+    const RoadPosition at = view.road_at(
+        at_px, alone ? view.place(at_px).inverse_depth_per_m
+                     : view.fit_pair(*look.left_px, *look.right_px, 1.0).inverse_depth_per_m);
     for (std::size_t i = 0; i < times_s.size(); ++i)
       speeds_mps.push_back((at.along_m - alongs_m[i]) / (look.time_s - time_s - times_s[i]));
     times_s.push_back(look.time_s - time_s);
@@ -120,10 +123,10 @@ std::optional<VehicleCourse> VehicleCourse::of(std::span<const LampLook> looks,
   for (std::size_t i = 0; i < times_s.size(); ++i)
     starts_m.push_back(alongs_m[i] - speed_mps * times_s[i]);
   const State start(median(std::move(starts_m)), speed_mps, median(std::move(laterals_m)),
-                    view.separation_m());
+                    alone ? 0.0 : view.separation_m());
   Information prior_information = Information::Zero();
   prior_information(kSeparation, kSeparation) =
-      std::pow(kSeparationShare * view.separation_m(), -2);
+      std::pow(alone ? kNoSeparation_m : kSeparationShare * view.separation_m(), -2);
   return fit(looks, time_s, start, start, prior_information, view);
 }
 

@@ -27,7 +27,8 @@ std::vector<LampLook> looks_of(const std::vector<LampRecord>& left,
 /// from straight ahead. Robust least squares (Cauchy weights). For a sensor that stands.
 class VehicleCourse {
  public:
-  /// Nothing where too little tells it: less than 8 looks, 4 of them at both lamps.
+  /// Nothing where too little tells it: less than 8 looks, 4 of them at both lamps. Where none is,
+  /// it is taken for a vehicle of one lamp.
   static std::optional<VehicleCourse> of(std::span<const LampLook> looks, const RoadView& view);
 
   /// Where later looks, one or more, say that a vehicle of this speed and separation is, at their
