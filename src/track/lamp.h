@@ -61,13 +61,6 @@ class RunningShare {
   int looks_ = 0;
 };
 
-/// Where a light was first seen on a vehicle, in metres from the middle of its lamps: across the
-/// road and down.
-struct Ride {
-  const Vehicle* on = nullptr;  ///< to compare with; it may have gone
-  Eigen::Vector2d first_m;
-};
-
 /// A light followed through the image: place and velocity in undistorted pixels, with the looming
 /// of a point that moves along the road.
 class Lamp {
@@ -128,9 +121,7 @@ class Lamp {
   RunningShare reflected;  ///< that, or was unseen where a streak was
   RunningShare below;  ///< in the column below another lamp, moves along with it, and is not its
                        ///< mirror image
-  RunningShare on_vehicle;        ///< moves as a part of a vehicle that has its two lamps already
-  RunningShare moved_on_vehicle;  ///< so, but not in the place on it where it was first
-  std::optional<Ride> ride;
+  RunningShare on_vehicle;  ///< moves as a part of a vehicle that has its two lamps already
   std::optional<CameraTime> doubtful_at;  ///< when it last may have passed to another light
   int paired_sightings = 0;               ///< as one of a pair that came apart
   bool fixed = false;                     ///< judged to be standing in the world

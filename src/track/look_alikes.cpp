@@ -88,18 +88,16 @@ bool is_image_of(const Vehicle& lower, const Vehicle& source, const RoadView& vi
   return left && right && std::max(*left, *right) < kLongestStreak;
 }
 
-// Number plate, bonnet, fog lamp, roof: within the body of a vehicle that has its lamps, so far
-// from the middle of these, in metres across the road and down. The body is a box that reaches back
-// from the lamps.
-std::optional<Eigen::Vector2d> place_on(const Lamp& lamp, const Vehicle& vehicle,
-                                        const RoadView& view) {
+// Number plate, bonnet, fog lamp, roof: within the body of a vehicle that has its lamps. The body
+// is a box that reaches back from the lamps.
+bool rides_on(const Lamp& lamp, const Vehicle& vehicle, const RoadView& view) {
   constexpr double kBesideLamps_m = 0.45, kOver_m = 2.2, kUnder_m = 0.6, kSlice_m = 1.5;
   constexpr int kSlices = 4;
   const Eigen::Vector2d middle_px = 0.5 * (vehicle.left->at_px() + vehicle.right->at_px());
   const LampPlace at = view.place(middle_px);
   Eigen::Matrix2d axes;
   axes << at.across_px, at.down_px;
-  if (!(std::abs(axes.determinant()) > 1e-9)) return std::nullopt;
+  if (!(std::abs(axes.determinant()) > 1e-9)) return false;
   const Eigen::Matrix2d metres = axes.inverse() / vehicle.inverse_depth_per_m;
   const Eigen::Vector2d off_m = metres * (lamp.at_px() - middle_px);
   const Eigen::Vector2d back_per_m = -axes.inverse() * at.toward_px;
@@ -112,17 +110,7 @@ std::optional<Eigen::Vector2d> place_on(const Lamp& lamp, const Vehicle& vehicle
     const Eigen::Vector2d rest_m = off_m * farther - back_per_m * back_m;
     inside = std::abs(rest_m.x()) < half_width_m && rest_m.y() < kUnder_m && rest_m.y() > -kOver_m;
   }
-  if (!inside || !(moves_with(lamp, *vehicle.left) || moves_with(lamp, *vehicle.right)))
-    return std::nullopt;
-  return off_m;
-}
-
-// A part of a body keeps its place on it. A vehicle far behind that is seen over the roof comes
-// down to the lamps, or rises, as both go.
-bool has_moved_on(Lamp& lamp, const Vehicle& vehicle, const Eigen::Vector2d& off_m) {
-  constexpr double kMostMoved_m = 0.5;
-  if (!lamp.ride || lamp.ride->on != &vehicle) lamp.ride = Ride{&vehicle, off_m};
-  return (off_m - lamp.ride->first_m).norm() > kMostMoved_m;
+  return inside && (moves_with(lamp, *vehicle.left) || moves_with(lamp, *vehicle.right));
 }
 
 // What a vehicle lights before itself, road or paint, moves along with it, and is wider or far
@@ -220,15 +208,9 @@ void note_look_alikes(const Lamps& lamps, const std::vector<Spot>& spots, const 
       return source != lamp && source->seen_at(frame) && source->mirrored.share() < 0.5 &&
              source->on_vehicle.share() < 0.5 && lit_by(*lamp, *source, view);
     });
-    bool riding = false, moved = true;
-    for (const auto& vehicle : vehicles) {
-      if (!vehicle->left || !vehicle->right) continue;
-      const auto off_m = place_on(*lamp, *vehicle, view);
-      if (!off_m) continue;
-      riding = true;
-      moved &= has_moved_on(*lamp, *vehicle, *off_m);
-    }
-    lamp->moved_on_vehicle.add(riding && moved && !lit, kMemory);
+    const bool riding = std::any_of(vehicles.begin(), vehicles.end(), [&](const auto& vehicle) {
+      return vehicle->left && vehicle->right && rides_on(*lamp, *vehicle, view);
+    });
     lamp->on_vehicle.add(riding || lit, kMemory);
   }
   const auto both_seen = [frame](const auto& vehicle) {

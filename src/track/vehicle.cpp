@@ -257,9 +257,7 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
     return Verdict::short_track;
   // What is a glint is one to the end; a lamp may pass by where glints would be.
   const double mirrored_share = std::min(lamp.reflected.share(), lamp.reflected.share_of_all());
-  const double riding_share =
-      std::min(lamp.on_vehicle.share(),
-               lamp.on_vehicle.share_of_all() - lamp.moved_on_vehicle.share_of_all());
+  const double riding_share = std::min(lamp.on_vehicle.share(), lamp.on_vehicle.share_of_all());
   // Of a light that stays for long, or was in doubt, only the last records are held.
   const auto held = static_cast<double>(lamp.records.size());
   const auto share_of = [&](bool LampRecord::*holds) {

@@ -1,6 +1,5 @@
 #include "track/look_alikes.h"
 
-#include <array>
 #include <memory>
 #include <optional>
 
@@ -107,56 +106,6 @@ TEST(LookAlikes, WhatKeepsToALampsColumnIsNoticed) {
   EXPECT_EQ(lamps[0]->below.share(), 0.0);
   EXPECT_EQ(lamps[1]->below.share(), 1.0);
   EXPECT_EQ(lamps[2]->below.share(), 0.0);
-}
-
-// A motorcycle 20 m behind a car is seen over its roof, at first 1 m over the lamps, and by a
-// half more in the last fifth of the time; what is on the car stays where it is.
-TEST(LookAlikes, AVehicleBehindDoesNotKeepItsPlaceOnTheOneBefore) {
-  const scene::OneCar road;
-  struct Light {
-    double y_m, z_m, behind_m;
-  };
-  for (const bool on_car : {false, true}) {
-    const Light third = on_car ? Light{-4.0, 1.6, 2.0} : Light{-4.0, 0.68, 20.0};
-    const std::array lights{Light{-3.4, 0.68, 0.0}, Light{-4.6, 0.68, 0.0}, third};
-    Lamps lamps;
-    Vehicles vehicles;
-    vehicles.push_back(std::make_unique<Vehicle>());
-    Vehicle& car = *vehicles.front();
-    for (std::int64_t frame = 0; frame < 80; ++frame) {
-      for (std::size_t i = 0; i < lights.size(); ++i) {
-        Blob blob;
-        blob.centre_px =
-            *road.camera.project({70.0 + lights[i].behind_m - 0.5 * static_cast<double>(frame),
-                                  lights[i].y_m, lights[i].z_m});
-        blob.flux = 100.0;
-        blob.kind = LampKind::headlamp;
-        const Spot spot{&blob, *road.view.spot_from_pixel(blob.centre_px), 0.5, blob.centre_px,
-                        blob.centre_sigma_px};
-        if (frame == 0) {
-          lamps.push_back(std::make_unique<Lamp>(spot, road.view.place(spot.at_px), frame,
-                                                 road.time_at(frame), road.view));
-        } else {
-          lamps[i]->predict(0.04, road.view);
-          lamps[i]->update(spot, frame, road.time_at(frame));
-        }
-      }
-      car.left = lamps[0].get();
-      car.right = lamps[1].get();
-      lamps[0]->vehicle = lamps[1]->vehicle = &car;
-      const PairFit fit = road.view.fit_pair(car.left->at_px(), car.right->at_px(), 0.5);
-      car.inverse_depth_per_m = fit.inverse_depth_per_m;
-      car.width_per_depth = fit.width_per_depth;
-      note_look_alikes(lamps, {}, vehicles, road.view, frame);
-    }
-    const double on_share = lamps[2]->on_vehicle.share_of_all();
-    EXPECT_GT(on_share, 0.6) << on_car;
-    const double moved_share = lamps[2]->moved_on_vehicle.share_of_all();
-    if (on_car)
-      EXPECT_EQ(moved_share, 0.0);
-    else
-      EXPECT_GT(moved_share, 0.1);
-  }
 }
 
 }  // namespace
