@@ -223,29 +223,27 @@ void draw_vehicles(cv::Mat& canvas, double scale, std::span<const AnnotationBox>
   const int width = line_width(canvas);
   const Lettering lettering(canvas);
   std::vector<cv::Rect> lights;
+  for (const AnnotationBox& box : boxes)
+    for (const auto& lamp : {box.left, box.right})
+      if (lamp) lights.emplace_back(on_canvas(edges(*lamp), scale));
+  const cv::Rect caption(0, 0, canvas.cols / 2, lettering.plate("0").height);
+  std::vector<cv::Rect> plates{caption};
+  std::vector<Label> labels;
   for (const AnnotationBox& box : boxes) {
     const cv::Scalar colour = colour_of(box.direction);
     draw_trail(canvas, box.trail_px, scale, colour, width);
-    if (!box.left && !box.right) continue;
-    draw_rectangle(canvas, on_canvas(vehicle_outline(box), scale), colour, width);
-    for (const auto& lamp : {box.left, box.right}) {
-      if (!lamp) continue;
-      draw_lamp(canvas, *lamp, scale, colour, width);
-      lights.emplace_back(on_canvas(edges(*lamp), scale));
-    }
-  }
-  // Texts last: no line may run through a number.
-  std::vector<cv::Rect> plates{{0, 0, canvas.cols / 2, lettering.plate("0").height}};
-  std::vector<Label> labels;
-  for (const AnnotationBox& box : boxes) {
     if (!box.left && !box.right) continue;
     const cv::Rect2d outline = on_canvas(vehicle_outline(box), scale);
     std::string text = drawable(
         box.label.empty() ? std::string("#").append(std::to_string(box.track_id)) : box.label);
     plates.push_back(free_place(canvas, outline, lettering.plate(text), plates, lights));
-    labels.push_back({std::move(text), colour_of(box.direction), plates.back()});
+    labels.push_back({std::move(text), colour, plates.back()});
     draw_leader(canvas, labels.back(), outline, width);
+    draw_rectangle(canvas, outline, colour, width);
+    for (const auto& lamp : {box.left, box.right})
+      if (lamp) draw_lamp(canvas, *lamp, scale, colour, width);
   }
+  // Texts last: no line may run through a number.
   for (const Label& label : labels) lettering.put(canvas, label.text, label.plate, label.colour);
 }
 

@@ -11,8 +11,8 @@
 namespace vildar {
 
 /// Draws vehicles onto an upright picture that was enlarged `scale` times. Labels step aside for
-/// one another and for every vehicle's lamps (a line leads back to the vehicle); nothing is drawn
-/// outside the picture.
+/// one another and, where there is room, for every vehicle's lamps (a line leads back to the
+/// vehicle); nothing is drawn outside the picture.
 void draw_vehicles(cv::Mat& canvas, double scale, std::span<const AnnotationBox> boxes);
 
 /// A line of text on a dark plate in the top left corner.

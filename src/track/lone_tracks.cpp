@@ -6,10 +6,18 @@
 #include "track/resume.h"
 
 namespace vildar {
+namespace {
+
+bool is_seen_first(const LampRecord& look, const std::vector<LampRecord>& records) {
+  return records.front().frame == look.frame && records.front().at_px == look.at_px;
+}
+
+}  // namespace
 
 std::optional<VehicleTrack> LoneTracks::add(VehicleTrack track, std::vector<LampRecord> records,
                                             bool drove_out, const RoadView& view) {
   const auto goes_on_here = [&](const Waiting& one) {
+    if (one.heir && !is_seen_first(*one.heir, records)) return false;
     return one.track.kind == track.kind && goes_on(one.records, records, view);
   };
   if (std::ranges::count_if(waiting_, goes_on_here) == 1) {
@@ -33,11 +41,9 @@ std::vector<VehicleTrack> LoneTracks::take_done(CameraTime now, const Lamps& lam
   for (Waiting& one : waiting_) {
     const double waited_s = seconds_of(now) - seconds_of(one.records.back().time);
     const auto may_be_heir = [&](const auto& lamp) {
-      if (lamp->vehicle || lamp->records.empty()) return false;
-      const LampRecord& first = lamp->records.front();
-      if (one.heir) return first.frame == one.heir->frame && first.at_px == one.heir->at_px;
-      const double hidden_s = seconds_of(first.time) - seconds_of(one.records.back().time);
-      return hidden_s < kLongestWait_s && goes_on(one.records, lamp->records, view);
+      if (lamp->vehicle || lamp->fixed || lamp->records.empty()) return false;
+      return one.heir ? is_seen_first(*one.heir, lamp->records)
+                      : goes_on(one.records, lamp->records, view);
     };
     if (waited_s >= kLongestWait_s) {
       const auto heir = std::ranges::find_if(lamps, may_be_heir);

@@ -26,13 +26,12 @@ bool in_its_place(std::span<const LampLook> looks, const VehicleCourse& course,
   std::vector<double> along_m, beside_m;
   for (const LampLook& look : looks) {
     if (!both_seen(look)) continue;
-    const PairFit fit = view.fit_pair(*look.left_px, *look.right_px, 1.0);
-    const RoadPosition at =
-        view.road_at(0.5 * (*look.left_px + *look.right_px), fit.inverse_depth_per_m);
-    along_m.push_back(at.along_m - course.along_m(look.time_s));
-    beside_m.push_back(at.lateral_m - course.lateral_m());
+    const auto at = place_of(look, view);
+    if (!at) continue;
+    along_m.push_back(at->along_m - course.along_m(look.time_s));
+    beside_m.push_back(at->lateral_m - course.lateral_m());
   }
-  return std::abs(median(std::move(along_m))) < kInLength_m &&
+  return !along_m.empty() && std::abs(median(std::move(along_m))) < kInLength_m &&
          std::abs(median(std::move(beside_m))) < kInWidth_m;
 }
 
@@ -49,15 +48,17 @@ bool would_be(const VehicleCourse& lost, std::span<const LampLook> found, const 
   constexpr double kSigmas = 3.0, kFloor_m = 0.5, kFloorShare = 0.03;
   // Nearer to one another no vehicles follow, or drive in two lanes.
   constexpr double kMostOff_m = 5.0, kMostBeside_m = 1.0;
+  // What is known no better than this tells nothing.
+  constexpr double kMostSigma_m = 15.0;
   const auto enough =
       std::ranges::lower_bound(found, found.front().time_s + kFirst_s, {}, &LampLook::time_s);
   const auto later = lost.placed({found.begin(), enough}, view);
   if (!later) return false;
   const double time_s = later->time_s();
   const double off_m = later->along_m(time_s) - lost.along_m(time_s);
-  const double sigma_m = std::hypot(lost.along_sigma_m(time_s), later->along_sigma_m(time_s)) +
-                         std::hypot(kFloor_m, kFloorShare * later->along_m(time_s));
-  return std::abs(off_m) < std::min(kMostOff_m, kSigmas * sigma_m) &&
+  const double known_m = std::hypot(lost.along_sigma_m(time_s), later->along_sigma_m(time_s));
+  const double sigma_m = known_m + std::hypot(kFloor_m, kFloorShare * later->along_m(time_s));
+  return known_m < kMostSigma_m && std::abs(off_m) < std::min(kMostOff_m, kSigmas * sigma_m) &&
          std::abs(later->lateral_m() - lost.lateral_m()) < kMostBeside_m;
 }
 
@@ -87,7 +88,9 @@ bool goes_on(const Vehicle& lost, const Vehicle& found, const RoadView& view) {
 bool goes_on(const std::vector<LampRecord>& lost, const std::vector<LampRecord>& found,
              const RoadView& view) {
   const std::vector<LampLook> all = looks_of(lost, {}), looks = looks_of(found, {});
-  if (all.empty() || looks.empty() || looks.front().time_s <= all.back().time_s) return false;
+  if (all.empty() || looks.empty()) return false;
+  const double hidden_s = looks.front().time_s - all.back().time_s;
+  if (!(hidden_s > 0.0 && hidden_s < kLongestWait_s)) return false;
   const auto course = VehicleCourse::of(last_part(all), view);
   return course && would_be(*course, looks, view);
 }
@@ -102,30 +105,29 @@ void resume(const Vehicle& lost, Vehicle& found) {
   found.told_strength |= lost.told_strength;
 }
 
-void resume_lost(Vehicles& vehicles, Vehicles& waiting, std::int64_t frame, bool one_more_waits,
-                 const RoadView& view) {
+void resume_lost(Vehicles& vehicles, Vehicles& waiting, std::int64_t frame,
+                 std::int64_t waits_since, const RoadView& view) {
   constexpr unsigned kLately = 16;  // frames
   for (const auto& vehicle : vehicles) {
     const auto seen = static_cast<unsigned>(vehicle->both_seen);
-    const bool asked = (seen <= kLately && std::has_single_bit(seen)) || one_more_waits;
-    if (!asked || vehicle->last_both != frame || vehicle->cut_after ||
-        !vehicle->past_left.empty() || !vehicle->past_right.empty())
+    const bool is_new = seen <= kLately && std::has_single_bit(seen);
+    if (!(is_new || vehicle->asked < waits_since) || vehicle->last_both != frame ||
+        vehicle->cut_after || !vehicle->past_left.empty() || !vehicle->past_right.empty())
       continue;
-    const auto fits = [&](const auto& lost) { return goes_on(*lost, *vehicle, view); };
-    const auto fits_hidden = [&](const auto& other) {
-      return other->last_both < frame && !other->cut_after && fits(other);
-    };
-    const auto hidden = std::ranges::find_if(vehicles, fits_hidden);
-    const auto lost = std::ranges::find_if(waiting, fits);
-    const auto others =
-        std::ranges::count_if(vehicles, fits_hidden) + std::ranges::count_if(waiting, fits);
-    if (others != 1) continue;
-    if (hidden != vehicles.end()) {
-      // Only where it is asked again.
-      if (seen < kLately) (*hidden)->cut_after = (*hidden)->last_both;
+    vehicle->asked = frame;
+    std::vector<Vehicle*> hidden;
+    for (const auto& other : vehicles)
+      if (other->last_both < frame && !other->cut_after && goes_on(*other, *vehicle, view))
+        hidden.push_back(other.get());
+    std::vector<Vehicles::iterator> lost;
+    for (auto one = waiting.begin(); one != waiting.end(); ++one)
+      if (goes_on(**one, *vehicle, view)) lost.push_back(one);
+    if (hidden.size() + lost.size() != 1) continue;
+    if (lost.empty()) {
+      hidden.front()->cut_after = hidden.front()->last_both;
     } else {
-      resume(**lost, *vehicle);
-      waiting.erase(lost);
+      resume(**lost.front(), *vehicle);
+      waiting.erase(lost.front());
     }
   }
 }

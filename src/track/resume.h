@@ -13,7 +13,8 @@ inline constexpr double kLongestWait_s = 3.5;
 /// stands.
 bool goes_on(const Vehicle& lost, const Vehicle& found, const RoadView& view);
 
-/// The same of a light that was alone, and was lost before the other was found.
+/// The same of a light that was alone, and was lost no more than kLongestWait_s before the other
+/// was found.
 bool goes_on(const std::vector<LampRecord>& lost, const std::vector<LampRecord>& found,
              const RoadView& view);
 
@@ -22,9 +23,9 @@ void resume(const Vehicle& lost, Vehicle& found);
 
 /// A pair that was found lately may be a vehicle that was lost shortly before, or whose lamps are
 /// still looked for, or have gone over to other lights: that is cut, and waits from then on. Where
-/// two would do, none is taken. Asked again as more is seen of a pair, and of all pairs when one
-/// more vehicle waits.
-void resume_lost(Vehicles& vehicles, Vehicles& waiting, std::int64_t frame, bool one_more_waits,
-                 const RoadView& view);
+/// two would do, none is taken. Asked again as more is seen of a pair, and of every pair once after
+/// `waits_since`, the frame in which another vehicle began to wait.
+void resume_lost(Vehicles& vehicles, Vehicles& waiting, std::int64_t frame,
+                 std::int64_t waits_since, const RoadView& view);
 
 }  // namespace vildar

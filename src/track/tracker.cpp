@@ -68,8 +68,8 @@ class Tracker::Impl {
   double reach_px_, rolling_shutter_s_;
   Lamps lamps_;
   Vehicles vehicles_;
-  Vehicles waiting_;  ///< lost from view or taken apart, and may yet be found again
-  bool one_more_waits_ = false;
+  Vehicles waiting_;              ///< lost from view or taken apart, and may yet be found again
+  std::int64_t waits_since_ = 0;  ///< frame in which the last of them began to
   Vehicles ended_;  ///< reported, while lights are followed that may have been their lamps
   std::vector<std::pair<int, Lamp*>> seen_;        // spot, lamp
   std::map<const Lamp*, std::uint64_t> standing_;  ///< lights that the attitude goes by
@@ -98,8 +98,7 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
   follow(spots, frame);
   note_look_alikes(lamps_, spots, vehicles_, view_, frame.frame);
   pairing_.update(lamps_, vehicles_, frame.frame, frame.time);
-  if (!view_.moving_sensor())
-    resume_lost(vehicles_, waiting_, frame.frame, std::exchange(one_more_waits_, false), view_);
+  if (!view_.moving_sensor()) resume_lost(vehicles_, waiting_, frame.frame, waits_since_, view_);
   for (const auto& vehicle : vehicles_) mark_split_records(*vehicle);
   learn_strength();
   find_turn(frame);
@@ -316,10 +315,12 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
   for (auto& vehicle : vehicles_) {
     if (vehicle->left || vehicle->right) continue;
     cut_where_it_came_apart(*vehicle);
-    if (view_.moving_sensor() || vehicle->drove_out)
+    if (view_.moving_sensor() || vehicle->drove_out) {
       end(vehicle);
-    else
-      one_more_waits_ = true, waiting_.push_back(std::move(vehicle));
+    } else {
+      waits_since_ = frame.frame;
+      waiting_.push_back(std::move(vehicle));
+    }
   }
   std::erase(vehicles_, nullptr);
   for (auto& vehicle : waiting_)

@@ -26,6 +26,7 @@ struct Vehicle {
   std::int64_t last_both = 0;  ///< frame in which both lamps were last seen
   CameraTime last_both_time;
   std::int64_t last_good = 0;  ///< frame in which the pair last looked like one vehicle
+  std::int64_t asked = -1;     ///< frame in which it was last compared with lost vehicles
   int second_on_body = 0;      ///< frames as the lesser pair of a vehicle with a better one
   int images = 0;              ///< frames as the image on the road of another pair
   std::optional<std::int64_t> cut_after;  ///< last frame before it was no longer one vehicle

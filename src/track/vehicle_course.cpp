@@ -24,6 +24,16 @@ double mean_time_s(std::span<const LampLook> looks) {
 
 }  // namespace
 
+std::optional<RoadPosition> place_of(const LampLook& look, const RoadView& view) {
+  if (!look.left_px || !look.right_px) {
+    const Eigen::Vector2d at_px = look.left_px ? *look.left_px : *look.right_px;
+    return view.road_at(at_px, view.place(at_px).inverse_depth_per_m);
+  }
+  const PairFit fit = view.fit_pair(*look.left_px, *look.right_px, 1.0);
+  if (!std::isfinite(fit.chi2)) return std::nullopt;
+  return view.road_at(0.5 * (*look.left_px + *look.right_px), fit.inverse_depth_per_m);
+}
+
 std::vector<LampLook> looks_of(const std::vector<LampRecord>& left,
                                const std::vector<LampRecord>& right) {
   std::vector<LampLook> looks;
@@ -41,13 +51,13 @@ std::vector<LampLook> looks_of(const std::vector<LampRecord>& left,
 }
 
 std::optional<VehicleCourse> VehicleCourse::fit(std::span<const LampLook> looks, double time_s,
-                                                const State& start, const State& prior,
+                                                const State& prior,
                                                 const Information& prior_information,
                                                 const RoadView& view) {
   constexpr int kRounds = 12;
   constexpr double kWidest = 8.0, kNarrowing = 0.7, kCauchy = 2.4;  // sigmas
   const State step(0.1, 0.1, 0.02, 0.02), longest(5.0, 5.0, 0.5, 0.2);
-  State state = start;
+  State state = prior;
   Information information;
   double misfit = 0.0, weights = 0.0;
   for (int round = 0; round < kRounds; ++round) {
@@ -108,17 +118,15 @@ std::optional<VehicleCourse> VehicleCourse::of(std::span<const LampLook> looks,
   std::vector<double> times_s, alongs_m, speeds_mps, starts_m, laterals_m;
   for (const LampLook& look : looks) {
     if (!alone && !both(look)) continue;
-    const Eigen::Vector2d at_px = alone ? (look.left_px ? *look.left_px : *look.right_px)
-                                        : 0.5 * (*look.left_px + *look.right_px);
-    const RoadPosition at = view.road_at(
-        at_px, alone ? view.place(at_px).inverse_depth_per_m
-                     : view.fit_pair(*look.left_px, *look.right_px, 1.0).inverse_depth_per_m);
+    const auto at = place_of(look, view);
+    if (!at) continue;
     for (std::size_t i = 0; i < times_s.size(); ++i)
-      speeds_mps.push_back((at.along_m - alongs_m[i]) / (look.time_s - time_s - times_s[i]));
+      speeds_mps.push_back((at->along_m - alongs_m[i]) / (look.time_s - time_s - times_s[i]));
     times_s.push_back(look.time_s - time_s);
-    alongs_m.push_back(at.along_m);
-    laterals_m.push_back(at.lateral_m);
+    alongs_m.push_back(at->along_m);
+    laterals_m.push_back(at->lateral_m);
   }
+  if (speeds_mps.empty()) return std::nullopt;
   const double speed_mps = median(std::move(speeds_mps));
   for (std::size_t i = 0; i < times_s.size(); ++i)
     starts_m.push_back(alongs_m[i] - speed_mps * times_s[i]);
@@ -127,7 +135,7 @@ std::optional<VehicleCourse> VehicleCourse::of(std::span<const LampLook> looks,
   Information prior_information = Information::Zero();
   prior_information(kSeparation, kSeparation) =
       std::pow(alone ? kNoSeparation_m : kSeparationShare * view.separation_m(), -2);
-  return fit(looks, time_s, start, start, prior_information, view);
+  return fit(looks, time_s, start, prior_information, view);
 }
 
 std::optional<VehicleCourse> VehicleCourse::placed(std::span<const LampLook> looks,
@@ -140,7 +148,7 @@ std::optional<VehicleCourse> VehicleCourse::placed(std::span<const LampLook> loo
   prior_information(kLateral, kLateral) = std::pow(kKeptLateral_m, -2);
   prior_information(kSpeed, kSpeed) = 1.0 / covariance_(kSpeed, kSpeed);
   prior_information(kSeparation, kSeparation) = 1.0 / covariance_(kSeparation, kSeparation);
-  return fit(looks, time_s, start, start, prior_information, view);
+  return fit(looks, time_s, start, prior_information, view);
 }
 
 double VehicleCourse::along_m(double time_s) const {

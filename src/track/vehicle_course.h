@@ -16,6 +16,10 @@ struct LampLook {
   std::optional<Eigen::Vector2d> left_px, right_px;
 };
 
+/// Of the middle of both lamps, by separation and elevation; of the one that there is, by
+/// elevation. Nothing where both stand in one column.
+std::optional<RoadPosition> place_of(const LampLook& look, const RoadView& view);
+
 /// In order of time. What held both lamps in one blob is left out.
 std::vector<LampLook> looks_of(const std::vector<LampRecord>& left,
                                const std::vector<LampRecord>& right);
@@ -46,8 +50,7 @@ class VehicleCourse {
   using Information = Eigen::Matrix<double, kStates, kStates>;
 
   static std::optional<VehicleCourse> fit(std::span<const LampLook> looks, double time_s,
-                                          const State& start, const State& prior,
-                                          const Information& prior_information,
+                                          const State& prior, const Information& prior_information,
                                           const RoadView& view);
 
   double time_s_ = 0.0;

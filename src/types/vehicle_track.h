@@ -36,7 +36,7 @@ struct VehicleSighting {
 
 /// A vehicle followed through the clip, in frame order, gaps allowed.
 struct VehicleTrack {
-  int id = 0;  ///< 1, 2, 3, ... in the order in which the tracks ended
+  int id = 0;  ///< 1, 2, 3, ... in the order in which they are reported
   Direction direction = Direction::oncoming;
   LampKind kind = LampKind::headlamp;  ///< headlamp or taillamp
   bool single_lamp = false;            ///< a motorcycle or a broken lamp: never seen as a pair

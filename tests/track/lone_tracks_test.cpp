@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "one_car.h"
+#include "scene.h"
 #include "track/vehicle.h"
 
 namespace vildar {
@@ -106,6 +107,56 @@ TEST(LoneTracks, WaitsAsLongAsItMayBeFoundOrIsFollowed) {
   lamps.erase(lamps.begin());
   EXPECT_EQ(done_at(30 + 80), 0U);
   EXPECT_EQ(done_at(30 + 100), 1U);
+}
+
+TEST(LoneTracks, TheLightItWaitedForAndNoOther) {
+  Hidden made;
+  made.add(made.before);
+  Lamps lamps;
+  lamps.push_back(std::make_unique<Lamp>(made.road.lamp(60, 100, -4.0)));
+  EXPECT_TRUE(made.lone.take_done(Road::time_at(130), lamps, made.road.view).empty());
+  // Another that is where it would have got to, and ends first.
+  made.add(made.road.lamp(70, 90, -4.0));
+  made.add(*lamps.front());
+  const auto tracks = made.lone.take_all();
+  ASSERT_EQ(tracks.size(), 2U);
+  EXPECT_EQ(tracks[0].sightings.front().frame, 70);
+  EXPECT_EQ(tracks[1].sightings.size(), 31U + 41U);
+  // Nor one that comes more than 3.5 s later, or stands.
+  made.add(made.before);
+  made.add(made.road.lamp(119, 135, -4.0));
+  EXPECT_EQ(made.lone.take_all().size(), 2U);
+  made.add(made.before);
+  lamps.front()->fixed = true;
+  EXPECT_EQ(made.lone.take_done(Road::time_at(130), lamps, made.road.view).size(), 1U);
+}
+
+// Through the tracker: a motorcycle and a car, hidden for 1.2 s and 3 s, before a camera on a mast;
+// and the car without the second half of its way.
+TEST(LoneTracks, OneTrackEachFromTheTracker) {
+  scene::Scene made;
+  made.site = scene::site_of(5.0, -4.0, 1400.0, 1920, 1080);
+  made.duration_s = 6.0;
+  scene::Car motorcycle;
+  motorcycle.x_m = 90.0, motorcycle.single = true, motorcycle.hidden_s = {{1.6, 2.8}};
+  scene::Car car;
+  car.x_m = 110.0, car.y_m = -7.5, car.hidden_s = {{1.6, 4.6}};
+  made.cars = {motorcycle, car};
+  for (const double shake_px : {0.0, 1.0}) {
+    made.shake_px = shake_px;
+    const auto outcome = scene::run(made);
+    ASSERT_EQ(outcome.tracks.size(), 2U) << shake_px;
+    for (const int vehicle : {0, 1}) {
+      EXPECT_EQ(outcome.tracks_of(vehicle), 1);
+      EXPECT_GE(outcome.recall(vehicle), 0.9);
+    }
+    EXPECT_EQ(outcome.tracks[0].id, 1);
+    EXPECT_EQ(outcome.tracks[1].id, 2);
+  }
+  // The clip ends while both are waited for.
+  made.duration_s = 2.4;
+  made.shake_px = 0.0;
+  EXPECT_EQ(scene::run(made).tracks.size(), 2U);
 }
 
 }  // namespace
