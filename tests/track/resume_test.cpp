@@ -1,6 +1,7 @@
 #include "track/resume.h"
 
 #include <algorithm>
+#include <memory>
 
 #include <gtest/gtest.h>
 
@@ -98,6 +99,53 @@ TEST(Resume, OneTrackWithoutWhatCameAfterTheCut) {
   EXPECT_EQ(track.sightings[30].frame, 30);
   EXPECT_EQ(track.sightings[31].frame, 42);
   EXPECT_FALSE(track.ambiguous_identity);
+}
+
+// A pair that has been followed for longer is compared with a vehicle that begins to wait, in its
+// next frame with both lamps; a new one at once.
+TEST(ResumeLost, AskedWhenNewAndWhenOneMoreWaits) {
+  const Road road;
+  constexpr std::int64_t kFrame = 46;
+  struct Case {
+    int both_seen;
+    std::int64_t asked, last_both;
+    bool resumed;
+  };
+  for (const Case& one :
+       {Case{1, -1, kFrame, true}, Case{5, 44, kFrame, false}, Case{5, 43, kFrame, true},
+        Case{40, 43, kFrame, true}, Case{40, 43, kFrame - 1, false}, Case{40, 44, kFrame, false}}) {
+    Found found(road, 0.0, 0.0);
+    Vehicles vehicles, waiting;
+    vehicles.push_back(std::make_unique<Vehicle>(found.vehicle));
+    Vehicle& pair = *vehicles.front();
+    pair.both_seen = one.both_seen;
+    pair.asked = one.asked;
+    pair.last_both = one.last_both;
+    waiting.push_back(std::make_unique<Vehicle>(lost_by(road, 30)));
+    constexpr std::int64_t kWaitsSince = 44;
+    resume_lost(vehicles, waiting, kFrame, kWaitsSince, road.view);
+    EXPECT_EQ(waiting.empty(), one.resumed) << one.both_seen << " " << one.asked;
+    EXPECT_EQ(!pair.past_left.empty(), one.resumed);
+  }
+}
+
+TEST(ResumeLost, OneThatIsStillLookedForIsCutAndOfTwoNoneIsTaken) {
+  const Road road;
+  constexpr std::int64_t kFrame = 46;
+  Found found(road, 0.0, 0.0);
+  Vehicles vehicles, waiting;
+  vehicles.push_back(std::make_unique<Vehicle>(found.vehicle));
+  vehicles.front()->last_both = kFrame;
+  vehicles.push_back(std::make_unique<Vehicle>(lost_by(road, 30)));
+  vehicles.back()->last_both = 30;
+  waiting.push_back(std::make_unique<Vehicle>(lost_by(road, 29)));
+  resume_lost(vehicles, waiting, kFrame, 0, road.view);
+  EXPECT_EQ(waiting.size(), 1U);
+  EXPECT_FALSE(vehicles.back()->cut_after);
+  waiting.clear();
+  resume_lost(vehicles, waiting, kFrame, 0, road.view);
+  EXPECT_EQ(vehicles.back()->cut_after, 30);
+  EXPECT_FALSE(vehicles.front()->cut_after);
 }
 
 }  // namespace
