@@ -48,8 +48,9 @@ class Tracker {
   Tracker& operator=(Tracker&&) noexcept;
 
   /// Takes the blobs of the next frame and sets their kind as far as it is known by now. Returns
-  /// the vehicles that ended, i.e. that left the image, or were lost within it so long ago that they
-  /// are not waited for any more (3.5 s; from a moving camera `longest_gap_s`). Throws std::invalid_argument when the time is not after that of the frame before.
+  /// the vehicles that ended, i.e. that left the image, or were lost within it so long ago that
+  /// they are not waited for any more (3.5 s; from a moving camera `longest_gap_s`). Throws
+  /// std::invalid_argument when the time is not after that of the frame before.
   std::vector<VehicleTrack> update(BlobFrame& blobs);
 
   /// Ends all tracks and returns those that are vehicles. More frames of the same clip may follow;
@@ -63,8 +64,8 @@ class Tracker {
   /// camera moves less than the lights can tell.
   std::vector<std::optional<CameraTurn>> turns_in(std::span<const std::int64_t> frames) const;
 
-  /// First sighting of the oldest light still followed, or waited for, that may yet be reported as a
-  /// vehicle: later tracks begin no earlier. Lights that stand in the world do not count. Nothing
+  /// First sighting of the oldest light still followed, or waited for, that may yet be reported as
+  /// a vehicle: later tracks begin no earlier. Lights that stand in the world do not count. Nothing
   /// where there is none.
   std::optional<CameraTime> live_since() const;
 
