@@ -50,6 +50,17 @@ TEST(GoesOn, WhereTheLostVehicleWouldBeAndNowhereElse) {
   EXPECT_FALSE(goes_on(lost, red.vehicle, road.view));
 }
 
+// A third of a second seen from 70 m, and three seconds later: where it is then is not known.
+TEST(GoesOn, NothingIsToldOfWhereItCannotBeKnown) {
+  const Road road;
+  const auto goes_on_after = [&](std::int64_t frame) {
+    Lamp left = road.lamp(frame, frame + 4, -3.4), right = road.lamp(frame, frame + 4, -4.6);
+    return goes_on(lost_by(road, 7), scene::vehicle_of(left, right, 1), road.view);
+  };
+  EXPECT_TRUE(goes_on_after(20));
+  EXPECT_FALSE(goes_on_after(90));
+}
+
 // Before it was lost its lamps ran together with others, which drew the last looks 20 m on.
 TEST(GoesOn, WhereTheLastLooksWereDrawnAside) {
   const Road road;
