@@ -96,13 +96,53 @@ double most_growth_w_per_s(std::span<const PowerBlock> floor, const PowerTrace& 
          kSigmas * sigma_of_mean(trace, samples) / std::sqrt(variance_s2);
 }
 
-/// The lowest level, where light of a vehicle falls to it at once and it holds for a third of a
-/// second; as sure as it is that no follower shines into it. Light that grows as K / t^2, t the
-/// time until its vehicle is past, does so by 2 K / t^3: what grows by g is cbrt(K) (g / 2)^(2/3).
-/// K is that of the vehicle that left; three sigma allow a follower 27 times as bright.
+constexpr double kHeld_s = 0.3;  // for which a level is a floor, and no turning point of some light
+
+/// K of light that grows as K / t^2, t the time until its vehicle is past at `past_s`: the most
+/// that the light above `level_w` asks for within two seconds before.
+double brightness_ws2(std::span<const PowerBlock> blocks, double past_s, double level_w) {
+  constexpr double kApproach_s = 2.0;
+  double most_ws2 = 0.0;
+  for (const PowerBlock& block : blocks)
+    if (const double until_s = past_s - block.time_s; until_s > 0.0 && until_s < kApproach_s)
+      most_ws2 = std::max(most_ws2, (block.power_w - level_w) * until_s * until_s);
+  return most_ws2;
+}
+
+/// Light that a floor may hold of a vehicle of which nothing more is seen. What grows by
+/// g = 2 K / t^3 is cbrt(K) (g / 2)^(2/3). K is that of the vehicle that left; three sigma allow
+/// for one 27 times as bright.
+double unseen_light_w(std::span<const PowerBlock> floor, double brightness_ws2,
+                      const PowerTrace& trace) {
+  return std::cbrt(brightness_ws2 * std::pow(0.5 * most_growth_w_per_s(floor, trace), 2));
+}
+
+/// Light that a floor may hold of whatever was to come: of the vehicle that is seen after it,
+/// g t / 2 with t until that is past, else of one that is not seen.
+double hidden_light_w(std::span<const PowerBlock> blocks, std::span<const PowerBlock> floor,
+                      const PowerTrace& trace) {
+  constexpr double kAhead_s = 10.0, kAtTheEnd_s = 0.3, kLongestUnseen_s = 4.0;
+  const std::span<const PowerBlock> before(blocks.data(), floor.data());
+  const std::span<const PowerBlock> after(floor.data() + floor.size(),
+                                          blocks.data() + blocks.size());
+  if (after.empty())
+    return unseen_light_w(
+        floor, brightness_ws2(before, floor.front().time_s, floor.front().power_w), trace);
+  const double until_s = floor.back().time_s + kAhead_s;
+  const PowerBlock* brightest = &after.front();
+  for (const PowerBlock& block : after)
+    if (block.time_s < until_s && block.power_w > brightest->power_w) brightest = &block;
+  double past_s = brightest->time_s;
+  if (blocks.back().time_s - past_s < kAtTheEnd_s) past_s += kLongestUnseen_s;  // not past yet
+  const double middle_s = 0.5 * (floor.front().time_s + floor.back().time_s);
+  return 0.5 * most_growth_w_per_s(floor, trace) * (past_s - middle_s);
+}
+
+/// The lowest level, where light of a vehicle falls to it at once and it holds; as sure as it is
+/// that no follower shines into it.
 std::optional<Level> floor_after_a_fall(const std::vector<PowerBlock>& blocks, double block_sigma_w,
                                         const PowerTrace& trace) {
-  constexpr double kHeld_s = 0.3, kFall_s = 0.5, kLeastFall = 0.2, kApproach_s = 2.0;
+  constexpr double kFall_s = 0.5, kLeastFall = 0.2;
   constexpr double kLevelSigmas = 4.0;
   const auto dimmer = [](const PowerBlock& one, const PowerBlock& other) {
     return one.power_w < other.power_w;
@@ -116,21 +156,29 @@ std::optional<Level> floor_after_a_fall(const std::vector<PowerBlock>& blocks, d
   const double from_s = before->time_s, to_s = std::prev(after)->time_s;
   if (to_s - from_s < kHeld_s) return std::nullopt;
   const double fall_w = lowest->power_w + kLeastFall * (brightest->power_w - lowest->power_w);
-  bool falls = false;
-  double brightness_ws2 = 0.0;
-  for (auto block = blocks.begin(); block != before; ++block) {
-    const double until_s = from_s - block->time_s;
-    falls = falls || (until_s < kFall_s && block->power_w > fall_w);
-    if (until_s < kApproach_s)
-      brightness_ws2 =
-          std::max(brightness_ws2, (block->power_w - lowest->power_w) * until_s * until_s);
-  }
+  const bool falls = std::any_of(blocks.begin(), before, [&](const PowerBlock& block) {
+    return from_s - block.time_s < kFall_s && block.power_w > fall_w;
+  });
   if (!falls) return std::nullopt;
   std::vector<double> means_w;
   for (auto block = before; block != after; ++block) means_w.push_back(block->power_w);
-  const double follower_w =
-      std::cbrt(brightness_ws2 * std::pow(0.5 * most_growth_w_per_s({before, after}, trace), 2));
-  return Level{median_of(means_w), std::hypot(kLevelSigmas * block_sigma_w, follower_w)};
+  const double left_ws2 = brightness_ws2({blocks.begin(), before}, from_s, lowest->power_w);
+  return Level{median_of(means_w), std::hypot(kLevelSigmas * block_sigma_w,
+                                              unseen_light_w({before, after}, left_ws2, trace))};
+}
+
+/// The longest stretch below `limit_w`; one block above it may be a slip of the noise.
+std::span<const PowerBlock> longest_below(std::span<const PowerBlock> blocks, double limit_w) {
+  std::span<const PowerBlock> longest;
+  const auto lit = [&](std::size_t i) { return blocks[i].power_w > limit_w; };
+  const auto rises = [&](std::size_t i) {
+    return lit(i) && (i + 1 == blocks.size() || lit(i + 1));
+  };
+  for (std::size_t first = 0, next = 0; first < blocks.size(); first = next + 1) {
+    for (next = first; next < blocks.size() && !rises(next);) ++next;
+    if (next - first > longest.size()) longest = blocks.subspan(first, next - first);
+  }
+  return longest;
 }
 
 Level dark_level(const PowerTrace& trace) {
@@ -160,17 +208,20 @@ Level dark_level(const PowerTrace& trace) {
   // was light of vehicles throughout, and the ambient may be anything from none to the lowest seen,
   // unless one left that stood before a floor.
   constexpr double kFloorSigmas = 6.0;
-  if (low_w - lowest_w > kFloorSigmas * block_sigma_w) {
-    const Level any{0.5 * lowest_w, std::max(0.5 * std::abs(lowest_w), low_w - lowest_w)};
-    const auto floor = floor_after_a_fall(blocks, block_sigma_w, trace);
-    return floor && floor->sigma_w < any.sigma_w ? *floor : any;
-  }
   const double limit_w = low_w + 4.0 * block_sigma_w;
+  const auto floor = longest_below(blocks, limit_w);
+  const double floor_s = static_cast<double>(floor.size()) * block_s;
+  if (low_w - lowest_w > kFloorSigmas * block_sigma_w || floor_s < kHeld_s) {
+    const Level any{0.5 * lowest_w, std::max(0.5 * std::abs(lowest_w), low_w - lowest_w)};
+    const auto fallen = floor_after_a_fall(blocks, block_sigma_w, trace);
+    return fallen && fallen->sigma_w < any.sigma_w ? *fallen : any;
+  }
+  const double hidden_w = hidden_light_w(blocks, floor, trace);
   std::erase_if(means_w, [limit_w](double mean_w) { return mean_w > limit_w; });
   const double white_w =
       std::sqrt(std::max(0.0, std::pow(block_sigma_w, 2) - std::pow(trace.rounding_sigma_w, 2)));
   return {median_of(means_w), std::hypot(white_w / std::sqrt(static_cast<double>(means_w.size())),
-                                         trace.rounding_sigma_w)};
+                                         trace.rounding_sigma_w, hidden_w)};
 }
 
 }  // namespace

@@ -120,7 +120,7 @@ Outcome<PowerSpeed> camera_speed(const VehicleTrack& track, const Site& site,
 }
 
 struct PhotodiodeLight {
-  PowerSeries series;
+  OwnLight own;
   PowerCase known;
 };
 
@@ -136,10 +136,10 @@ Outcome<PhotodiodeLight> photodiode_light(const VehicleTrack& track, const Site&
   light.known = std::get<PowerCase>(found);
   const double from_s = trajectory ? trajectory->from_s : seconds_of(track.sightings.front().time);
   const double to_s = trajectory ? trajectory->to_s : seconds_of(track.sightings.back().time);
-  light.series = usable_power(trace, site, light.known, from_s, to_s, trajectory);
-  if (light.series.time_s.size() < 10) return Miss::too_few_samples;
-  if (light.series.time_s.back() - light.series.time_s.front() < kShortest_s)
-    return Miss::too_short;
+  light.own = own_light(trace, site, light.known, from_s, to_s, trajectory);
+  const PowerSeries& series = light.own.series;
+  if (series.time_s.size() < 10) return Miss::too_few_samples;
+  if (series.time_s.back() - series.time_s.front() < kShortest_s) return Miss::too_short;
   return light;
 }
 
@@ -175,10 +175,10 @@ std::vector<MethodResult> photodiode_methods(const VehicleTrack& track, const Si
       if (const Miss* miss = std::get_if<Miss>(&light)) {
         row.speed = *miss;
       } else {
-        const auto& [series, known] = std::get<PhotodiodeLight>(light);
+        const auto& [own, known] = std::get<PhotodiodeLight>(light);
         row.k_source = "site";
-        row.samples = static_cast<std::int64_t>(series.time_s.size());
-        put(i == 0 ? power_speed(series, known) : ml_speed(series, known), row);
+        row.samples = static_cast<std::int64_t>(own.series.time_s.size());
+        put(i == 0 ? power_speed(own.cleared, known) : ml_speed(own.series, known), row);
       }
       const auto* speed = std::get_if<SpeedEstimate>(&row.speed);
       const auto* surest = std::get_if<SpeedEstimate>(&best[i].speed);

@@ -4,12 +4,10 @@
 
 namespace vildar {
 
-/// Maximum likelihood on the full power law, every prior of `known` in it and an acceleration of
-/// 0 +- 1.5 m/s^2: the row `ml_photodiode`. Samples are averaged over 10 ms; one percent of the
-/// light counts as noise, for what pitching does that the law does not know. The error of the
-/// background is carried through, and what lamps unlike the law may do. The 95 % interval is
-/// log-normal. Misses: those of the estimator, and bad_fit where the light does not follow the law
-/// within 0.05 nat or only with its priors strained.
+/// The mean of ln V over the posterior of the full power law (pass_posterior), every prior of
+/// `known`, lamps unlike the law and the background in it: the row `ml_photodiode`. The 95 %
+/// interval is log-normal. Misses: outside_model where no motion explains the light, bad_fit where
+/// it is explained poorly or only with the priors strained, too_uncertain.
 Outcome<PowerSpeed> ml_speed(const PowerSeries& series, const PowerCase& known);
 
 }  // namespace vildar

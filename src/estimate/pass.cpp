@@ -101,8 +101,8 @@ const PowerTrace& brightest(std::span<const PowerTrace> traces, const PowerPass&
 }
 
 // The stretch of one trace in which the power laws hold, and what is known of it.
-struct PassLight {
-  PowerSeries series;
+struct KnownLight {
+  OwnLight light;
   PowerCase known;
 };
 
@@ -156,28 +156,29 @@ bool pulses(const PowerTrace& trace, const PowerPass& pass) {
   return std::sqrt(square_w2) > std::max(kLeastShare * mean_w, kTimesNoise * trace.noise_sigma_w);
 }
 
-Outcome<PassLight> light_of_pass(const PowerPass& pass, const Site& site, const PowerTrace& trace,
-                                 const Abreast& abreast) {
+Outcome<KnownLight> light_of_pass(const PowerPass& pass, const Site& site, const PowerTrace& trace,
+                                  const Abreast& abreast) {
   constexpr double kShortest_s = 0.1;
   if (abreast.lanes.empty() || !site.lamps.height_m) return Miss::no_scale;
   const auto known =
       photodiode_case(site, trace.photodiode, {abreast.lateral_m, *site.lamps.height_m});
   if (const Miss* miss = std::get_if<Miss>(&known)) return *miss;
-  PassLight light;
-  light.known = std::get<PowerCase>(known);
+  KnownLight found;
+  found.known = std::get<PowerCase>(known);
   const double offset_s =
       site.photodiodes.at(static_cast<std::size_t>(trace.photodiode)).time_offset_s.mean;
-  light.series = usable_power(trace, site, light.known, pass.from_s + offset_s,
-                              pass.peak_s + offset_s, nullptr);
+  found.light =
+      own_light(trace, site, found.known, pass.from_s + offset_s, pass.peak_s + offset_s, nullptr);
+  const PowerSeries& series = found.light.series;
   constexpr std::size_t kFewest = 10;
-  if (light.series.time_s.size() < kFewest) return Miss::too_few_samples;
+  if (series.time_s.size() < kFewest) return Miss::too_few_samples;
   if (pass.others_w > 0.0) {
-    keep_own_light(light.series, pass.others_w);
-    if (light.series.time_s.size() < kFewest) return Miss::several_vehicles;
+    for (PowerSeries* shared : {&found.light.series, &found.light.cleared})
+      keep_own_light(*shared, pass.others_w);
+    if (series.time_s.size() < kFewest) return Miss::several_vehicles;
   }
-  if (light.series.time_s.back() - light.series.time_s.front() < kShortest_s)
-    return Miss::too_short;
-  return light;
+  if (series.time_s.back() - series.time_s.front() < kShortest_s) return Miss::too_short;
+  return found;
 }
 
 // What a method found, beside the row it gets.
@@ -186,14 +187,15 @@ struct Found {
   std::optional<double> range_m, acceleration_mps2, chi2_per_dof;
 };
 
-Found power_method(Method method, const Outcome<PassLight>& light,
+Found power_method(Method method, const Outcome<KnownLight>& light, PowerSeries OwnLight::*part,
                    Outcome<PowerSpeed> (*speed_of)(const PowerSeries&, const PowerCase&)) {
   Found found{{method, Miss::unobservable, 0, "site"}, {}, {}, {}};
   if (const Miss* miss = std::get_if<Miss>(&light)) {
     found.row.speed = *miss;
     return found;
   }
-  const auto& [series, known] = std::get<PassLight>(light);
+  const auto& [own, known] = std::get<KnownLight>(light);
+  const PowerSeries& series = own.*part;
   found.row.samples = static_cast<std::int64_t>(series.time_s.size());
   const auto outcome = speed_of(series, known);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) {
@@ -351,11 +353,11 @@ VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site&
         "the record ends or stops before the vehicle is past: the light of others behind it is not "
         "known");
   const auto light =
-      pulsed ? Outcome<PassLight>(Miss::outside_model) : light_of_pass(pass, site, trace, abreast);
+      pulsed ? Outcome<KnownLight>(Miss::outside_model) : light_of_pass(pass, site, trace, abreast);
   std::vector<Found> methods{
       power_method(curved ? Method::curved_angle_photodiode : Method::power_slope_photodiode, light,
-                   power_speed),
-      power_method(Method::ml_photodiode, light, ml_speed)};
+                   &OwnLight::cleared, power_speed),
+      power_method(Method::ml_photodiode, light, &OwnLight::series, ml_speed)};
   if (traces.size() > 1)
     methods.push_back(
         pulsed ? Found{{Method::delay_photodiodes, Miss::outside_model, 0, ""}, {}, {}, {}}

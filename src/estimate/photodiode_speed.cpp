@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "estimate/lane_choice.h"
+#include "estimate/pass_posterior.h"
 
 namespace vildar {
 namespace {
@@ -28,6 +30,35 @@ bool in_front(const PowerCase& known, double mean_w, double time_s, const Trajec
     range_m = std::sqrt(distance_m * distance_m - d_m * d_m);
   }
   return known.bend != 0.0 ? range_m > 0.0 : range_m * kWidestTangent > d_m;
+}
+
+// Times in clip time, which is photodiode time plus `offset_s`.
+PowerSeries usable_power(const PowerTrace& trace, const Uncertain& ambient_w, double offset_s,
+                         const PowerCase& known, double from_s, double to_s,
+                         const Trajectory* trajectory) {
+  PowerSeries series;
+  series.background_std_w = ambient_w.std;
+  const auto begin = std::lower_bound(trace.time_s.begin(), trace.time_s.end(), from_s - offset_s) -
+                     trace.time_s.begin();
+  const auto end = std::upper_bound(trace.time_s.begin(), trace.time_s.end(), to_s - offset_s) -
+                   trace.time_s.begin();
+  // Whole blocks are taken or left: choosing single samples by their noise would bend the slope.
+  for (auto first = begin; first < end;) {
+    auto last = first;
+    double sum_w = 0.0;
+    const auto at = [](std::ptrdiff_t i) { return static_cast<std::size_t>(i); };
+    while (last < end && trace.time_s[at(last)] < trace.time_s[at(first)] + kBlock_s)
+      sum_w += static_cast<double>(trace.power_w[at(last++)]) - ambient_w.mean;
+    const double mean_w = sum_w / static_cast<double>(last - first);
+    const double time_s = 0.5 * (trace.time_s[at(first)] + trace.time_s[at(last - 1)]) + offset_s;
+    if (mean_w > kClearSigmas * trace.noise_sigma_w && in_front(known, mean_w, time_s, trajectory))
+      for (auto i = first; i < last; ++i) {
+        series.time_s.push_back(trace.time_s[at(i)] + offset_s);
+        series.power_w.push_back(static_cast<double>(trace.power_w[at(i)]) - ambient_w.mean);
+      }
+    first = last;
+  }
+  return series;
 }
 
 }  // namespace
@@ -82,33 +113,28 @@ Outcome<PowerCase> photodiode_case(const Site& site, int photodiode, const Vehic
   return known;
 }
 
-PowerSeries usable_power(const PowerTrace& trace, const Site& site, const PowerCase& known,
-                         double from_s, double to_s, const Trajectory* trajectory) {
+OwnLight own_light(const PowerTrace& trace, const Site& site, const PowerCase& known, double from_s,
+                   double to_s, const Trajectory* trajectory) {
+  constexpr double kUnsure = 0.01;  // of the least light
   const double offset_s =
       site.photodiodes.at(static_cast<std::size_t>(trace.photodiode)).time_offset_s.mean;
-  PowerSeries series;
-  series.background_std_w = trace.ambient_sigma_w;
-  const auto begin = std::lower_bound(trace.time_s.begin(), trace.time_s.end(), from_s - offset_s) -
-                     trace.time_s.begin();
-  const auto end = std::upper_bound(trace.time_s.begin(), trace.time_s.end(), to_s - offset_s) -
-                   trace.time_s.begin();
-  // Whole blocks are taken or left: choosing single samples by their noise would bend the slope.
-  for (auto first = begin; first < end;) {
-    auto last = first;
-    double sum_w = 0.0;
-    const auto at = [](std::ptrdiff_t i) { return static_cast<std::size_t>(i); };
-    while (last < end && trace.time_s[at(last)] < trace.time_s[at(first)] + kBlock_s)
-      sum_w += static_cast<double>(trace.power_w[at(last++)]) - trace.ambient_w;
-    const double mean_w = sum_w / static_cast<double>(last - first);
-    const double time_s = 0.5 * (trace.time_s[at(first)] + trace.time_s[at(last - 1)]) + offset_s;
-    if (mean_w > kClearSigmas * trace.noise_sigma_w && in_front(known, mean_w, time_s, trajectory))
-      for (auto i = first; i < last; ++i) {
-        series.time_s.push_back(trace.time_s[at(i)] + offset_s);
-        series.power_w.push_back(static_cast<double>(trace.power_w[at(i)]) - trace.ambient_w);
-      }
-    first = last;
-  }
-  return series;
+  const Uncertain ambient_w{trace.ambient_w, trace.ambient_sigma_w};
+  OwnLight light;
+  light.series = usable_power(trace, ambient_w, offset_s, known, from_s, to_s, trajectory);
+  light.cleared = light.series;
+  if (light.series.power_w.empty() ||
+      !(ambient_w.std > kUnsure * *std::ranges::min_element(light.series.power_w)))
+    return light;
+  const auto posterior = pass_posterior(light.series, known);
+  if (!posterior) return light;
+  const Uncertain told_w{ambient_w.mean + posterior->background_w, posterior->background_std_w};
+  // What was too faint above the one ambient, or too near, may not be so above the other.
+  PowerSeries cleared = usable_power(trace, told_w, offset_s, known, from_s, to_s, trajectory);
+  if (cleared.power_w.empty()) return light;
+  light.cleared = light.series = std::move(cleared);
+  for (double& power_w : light.series.power_w) power_w += told_w.mean - ambient_w.mean;
+  light.series.background_std_w = ambient_w.std;
+  return light;
 }
 
 }  // namespace vildar

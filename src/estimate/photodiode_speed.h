@@ -21,11 +21,19 @@ std::optional<VehiclePlace> place_of(const LaneSite& lane, const Site& site);
 /// Misses: no_scale where gain or exponent is not given, outside_model where a beam replaces them.
 Outcome<PowerCase> photodiode_case(const Site& site, int photodiode, const VehiclePlace& place);
 
-/// Stretch of a trace in which the paper's estimators hold: clearly above the noise, approaching,
-/// and within 30 degrees of incidence (straight roads); ambient removed, times in clip time.
+/// A stretch of a trace in which the paper's estimators hold: clearly above the noise, approaching,
+/// and within 30 degrees of incidence (straight roads); times in clip time.
+struct OwnLight {
+  /// Less the ambient of the trace, which is as sure as that is.
+  PowerSeries series;
+  /// The same less the ambient that the light itself tells, where that of the trace is unsure:
+  /// where the record shows no dark moment. For estimators that cannot find it themselves.
+  PowerSeries cleared;
+};
+
 /// `from_s` and `to_s` are in clip time; with a trajectory the incidence is its, else that of the
 /// power itself.
-PowerSeries usable_power(const PowerTrace& trace, const Site& site, const PowerCase& known,
-                         double from_s, double to_s, const Trajectory* trajectory);
+OwnLight own_light(const PowerTrace& trace, const Site& site, const PowerCase& known, double from_s,
+                   double to_s, const Trajectory* trajectory);
 
 }  // namespace vildar

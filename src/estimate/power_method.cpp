@@ -5,6 +5,7 @@
 
 #include "estimate/beam_doubt.h"
 #include "estimate/curved_angle.h"
+#include "estimate/pass_posterior.h"
 #include "estimate/power_slope.h"
 #include "estimate/speed_gate.h"
 #include "optics/road.h"
@@ -150,10 +151,10 @@ Outcome<PowerSpeed> power_speed(const PowerSeries& series, const PowerCase& know
   const double lag = std::clamp(fit.lag1_correlation, 0.0, kHighest);
   const double scatter2 = fit.sigma_mps * fit.sigma_mps * (1.0 + lag) / (1.0 - lag);
   const PassMotion motion = motion_at_middle(series, fit);
-  const auto ripple_nat = beam_ripple_nat(series, known, motion);
-  if (!ripple_nat) return Miss::outside_model;
+  const auto posterior = pass_posterior(series, known, motion);
+  if (!posterior) return Miss::outside_model;
   const double beam2 =
-      beam_variance(series, known, motion, *ripple_nat, [&](const PowerSeries& unlike) {
+      beam_variance(series, known, motion, posterior->ripple_nat, [&](const PowerSeries& unlike) {
         const auto pulled = paper_fit(unlike, known);
         const PaperFit* found = std::get_if<PaperFit>(&pulled);
         return found ? found->speed_mps : INFINITY;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "condition/condition.h"
 #include "core/random.h"
 
 namespace vildar {
@@ -123,6 +124,28 @@ TEST(Noise, LightOfAFollowerIsNotToldAsAmbient) {
         EXPECT_LT(std::abs(trace.ambient_w - kAmbient_w), 3.0 * trace.ambient_sigma_w)
             << brighter << " times as bright, " << behind_s << " s behind, noise " << sigma_w;
       }
+}
+
+// Where the light of a vehicle that comes nearer throughout is hardly told from a level at first.
+TEST(Noise, LightThatGrowsUnderNoiseIsNotToldAsAmbient) {
+  constexpr double kAmbient_w = 0.05;
+  Random random(9);
+  int read = 0;
+  for (const double duration_s : {0.3, 0.75, 2.5})
+    for (const double past_s : {0.2, 1.0, 3.0})
+      for (const double signal_db : {5.0, 10.0, 20.0, 40.0})
+        for (int trial = 0; trial < 10; ++trial) {
+          const double first_w = passing_w(0.0, duration_s + past_s);
+          const double sigma_w = first_w * std::pow(10.0, -signal_db / 20.0);
+          const PowerTrace trace = trace_of(1000, duration_s, [&](double t) {
+            return kAmbient_w + passing_w(t, duration_s + past_s) + random.normal(0.0, sigma_w);
+          });
+          if (find_passes(trace).empty()) continue;
+          ++read;
+          EXPECT_LT(std::abs(trace.ambient_w - kAmbient_w), 3.0 * trace.ambient_sigma_w)
+              << duration_s << " s, " << past_s << " s before it is past, " << signal_db << " dB";
+        }
+  EXPECT_GT(read, 100);
 }
 
 TEST(Noise, WithoutNoiseAThirdOfASecondTellsTheAmbient) {

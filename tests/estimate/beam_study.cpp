@@ -14,8 +14,9 @@ namespace vildar {
 namespace {
 
 constexpr int kTrials = 200;
-// Six cosines tell how far a beam is off, so that sigmas vary by a third: tails of a t of six.
-constexpr double kMostFarOff = 0.01;
+// Six cosines tell how far a beam is off, so that sigmas vary by a third, as in a t of six: 0.7 %
+// beyond four sigmas, and three binomial sigmas more.
+constexpr double kMostFarOff = 0.007 + 0.0177;
 // Three binomial sigmas of a coverage of 93 %, at the fewest speeds that a case may measure.
 constexpr double kFewest = 0.5, kLeastCoverage = 0.93 - 0.0484;
 
@@ -93,6 +94,7 @@ TEST_F(BeamStudy, LampsUnlikeTheLawAreInTheInterval) {
           100.0 * std::sqrt(tally.error2 / tally.measured),
           100.0 * std::sqrt(tally.sigma2 / tally.measured), 100.0 * tally.covered / tally.measured,
           tally.far_off);
+      if (tally.measured < kFewest * kTrials) continue;  // what is left of them is in "reported"
       EXPECT_GE(tally.covered, kLeastCoverage * tally.measured) << name;
       EXPECT_LE(tally.far_off, kMostFarOff * tally.measured) << name;
     }
