@@ -112,22 +112,20 @@ double brightness_ws2(std::span<const PowerBlock> blocks, double past_s, double 
 /// Light that a floor may hold of a vehicle of which nothing more is seen. What grows by
 /// g = 2 K / t^3 is cbrt(K) (g / 2)^(2/3). K is that of the vehicle that left; three sigma allow
 /// for one 27 times as bright.
-double unseen_light_w(std::span<const PowerBlock> floor, double brightness_ws2,
-                      const PowerTrace& trace) {
-  return std::cbrt(brightness_ws2 * std::pow(0.5 * most_growth_w_per_s(floor, trace), 2));
+double unseen_light_w(std::span<const PowerBlock> floor, double left_ws2, const PowerTrace& trace) {
+  return std::cbrt(left_ws2 * std::pow(0.5 * most_growth_w_per_s(floor, trace), 2));
 }
 
 /// Light that a floor may hold of whatever was to come: of the vehicle that is seen after it,
 /// g t / 2 with t until that is past, else of one that is not seen.
 double hidden_light_w(std::span<const PowerBlock> blocks, std::span<const PowerBlock> floor,
-                      const PowerTrace& trace) {
+                      double level_w, const PowerTrace& trace) {
   constexpr double kAhead_s = 10.0, kAtTheEnd_s = 0.3, kLongestUnseen_s = 4.0;
   const std::span<const PowerBlock> before(blocks.data(), floor.data());
   const std::span<const PowerBlock> after(floor.data() + floor.size(),
                                           blocks.data() + blocks.size());
   if (after.empty())
-    return unseen_light_w(
-        floor, brightness_ws2(before, floor.front().time_s, floor.front().power_w), trace);
+    return unseen_light_w(floor, brightness_ws2(before, floor.front().time_s, level_w), trace);
   const double until_s = floor.back().time_s + kAhead_s;
   const PowerBlock* brightest = &after.front();
   for (const PowerBlock& block : after)
@@ -176,7 +174,10 @@ std::span<const PowerBlock> longest_below(std::span<const PowerBlock> blocks, do
   };
   for (std::size_t first = 0, next = 0; first < blocks.size(); first = next + 1) {
     for (next = first; next < blocks.size() && !rises(next);) ++next;
-    if (next - first > longest.size()) longest = blocks.subspan(first, next - first);
+    std::size_t from = first, to = next;
+    while (from < to && lit(from)) ++from;
+    while (to > from && lit(to - 1)) --to;
+    if (to - from > longest.size()) longest = blocks.subspan(from, to - from);
   }
   return longest;
 }
@@ -208,15 +209,17 @@ Level dark_level(const PowerTrace& trace) {
   // was light of vehicles throughout, and the ambient may be anything from none to the lowest seen,
   // unless one left that stood before a floor.
   constexpr double kFloorSigmas = 6.0;
+  const Level any{0.5 * lowest_w, std::max(0.5 * std::abs(lowest_w), low_w - lowest_w)};
   const double limit_w = low_w + 4.0 * block_sigma_w;
   const auto floor = longest_below(blocks, limit_w);
+  constexpr std::size_t kFewestBlocks = 3;
   const double floor_s = static_cast<double>(floor.size()) * block_s;
-  if (low_w - lowest_w > kFloorSigmas * block_sigma_w || floor_s < kHeld_s) {
-    const Level any{0.5 * lowest_w, std::max(0.5 * std::abs(lowest_w), low_w - lowest_w)};
+  const bool holds = floor.size() >= kFewestBlocks && floor_s >= kHeld_s;
+  const double hidden_w = holds ? hidden_light_w(blocks, floor, low_w, trace) : INFINITY;
+  if (low_w - lowest_w > kFloorSigmas * block_sigma_w || hidden_w > any.sigma_w) {
     const auto fallen = floor_after_a_fall(blocks, block_sigma_w, trace);
     return fallen && fallen->sigma_w < any.sigma_w ? *fallen : any;
   }
-  const double hidden_w = hidden_light_w(blocks, floor, trace);
   std::erase_if(means_w, [limit_w](double mean_w) { return mean_w > limit_w; });
   const double white_w =
       std::sqrt(std::max(0.0, std::pow(block_sigma_w, 2) - std::pow(trace.rounding_sigma_w, 2)));

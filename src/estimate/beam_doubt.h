@@ -7,8 +7,8 @@
 namespace vildar {
 
 /// Variance that lamps unlike the law (PassPosterior::ripple_nat) add to what `estimate` makes of a
-/// series: the pull of each cosine times its standard deviation, in quadrature. Infinite where
-/// `estimate` gives nothing.
+/// series: the pull of each shape (BeamShapes) times its standard deviation, in quadrature.
+/// Infinite where `estimate` gives nothing.
 double beam_variance(const PowerSeries& series, const PowerCase& known, const PassMotion& motion,
                      double ripple_nat, const std::function<double(const PowerSeries&)>& estimate);
 

@@ -120,7 +120,7 @@ Outcome<PowerSpeed> camera_speed(const VehicleTrack& track, const Site& site,
 }
 
 struct PhotodiodeLight {
-  OwnLight own;
+  VehicleLight own;
   PowerCase known;
 };
 
@@ -136,7 +136,7 @@ Outcome<PhotodiodeLight> photodiode_light(const VehicleTrack& track, const Site&
   light.known = std::get<PowerCase>(found);
   const double from_s = trajectory ? trajectory->from_s : seconds_of(track.sightings.front().time);
   const double to_s = trajectory ? trajectory->to_s : seconds_of(track.sightings.back().time);
-  light.own = own_light(trace, site, light.known, from_s, to_s, trajectory);
+  light.own = vehicle_light(trace, site, light.known, from_s, to_s, trajectory);
   const PowerSeries& series = light.own.series;
   if (series.time_s.size() < 10) return Miss::too_few_samples;
   if (series.time_s.back() - series.time_s.front() < kShortest_s) return Miss::too_short;

@@ -10,7 +10,7 @@ namespace vildar {
 
 Outcome<PowerSpeed> ml_speed(const PowerSeries& series, const PowerCase& known) {
   constexpr double kWorstChi2 = 4.0;
-  constexpr double kMostPriorChi2 = 16.0;  // of four priors: three passes in a thousand
+  constexpr double kMostPriorChi2 = 21.6;  // of seven priors: three passes in a thousand
   constexpr double kTwoSided95 = 1.959963984540054;
   const auto posterior = pass_posterior(series, known);
   if (!posterior) return Miss::outside_model;

@@ -102,7 +102,7 @@ const PowerTrace& brightest(std::span<const PowerTrace> traces, const PowerPass&
 
 // The stretch of one trace in which the power laws hold, and what is known of it.
 struct KnownLight {
-  OwnLight light;
+  VehicleLight light;
   PowerCase known;
 };
 
@@ -167,14 +167,14 @@ Outcome<KnownLight> light_of_pass(const PowerPass& pass, const Site& site, const
   found.known = std::get<PowerCase>(known);
   const double offset_s =
       site.photodiodes.at(static_cast<std::size_t>(trace.photodiode)).time_offset_s.mean;
-  found.light =
-      own_light(trace, site, found.known, pass.from_s + offset_s, pass.peak_s + offset_s, nullptr);
+  found.light = vehicle_light(trace, site, found.known, pass.from_s + offset_s,
+                              pass.peak_s + offset_s, nullptr);
   const PowerSeries& series = found.light.series;
   constexpr std::size_t kFewest = 10;
   if (series.time_s.size() < kFewest) return Miss::too_few_samples;
   if (pass.others_w > 0.0) {
-    for (PowerSeries* shared : {&found.light.series, &found.light.cleared})
-      keep_own_light(*shared, pass.others_w);
+    keep_own_light(found.light.series, pass.others_w);
+    found.light.cleared = found.light.series;  // light of others is no level that a fit could tell
     if (series.time_s.size() < kFewest) return Miss::several_vehicles;
   }
   if (series.time_s.back() - series.time_s.front() < kShortest_s) return Miss::too_short;
@@ -187,7 +187,7 @@ struct Found {
   std::optional<double> range_m, acceleration_mps2, chi2_per_dof;
 };
 
-Found power_method(Method method, const Outcome<KnownLight>& light, PowerSeries OwnLight::*part,
+Found power_method(Method method, const Outcome<KnownLight>& light, PowerSeries VehicleLight::*part,
                    Outcome<PowerSpeed> (*speed_of)(const PowerSeries&, const PowerCase&)) {
   Found found{{method, Miss::unobservable, 0, "site"}, {}, {}, {}};
   if (const Miss* miss = std::get_if<Miss>(&light)) {
@@ -356,8 +356,8 @@ VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site&
       pulsed ? Outcome<KnownLight>(Miss::outside_model) : light_of_pass(pass, site, trace, abreast);
   std::vector<Found> methods{
       power_method(curved ? Method::curved_angle_photodiode : Method::power_slope_photodiode, light,
-                   &OwnLight::cleared, power_speed),
-      power_method(Method::ml_photodiode, light, &OwnLight::series, ml_speed)};
+                   &VehicleLight::cleared, power_speed),
+      power_method(Method::ml_photodiode, light, &VehicleLight::series, ml_speed)};
   if (traces.size() > 1)
     methods.push_back(
         pulsed ? Found{{Method::delay_photodiodes, Miss::outside_model, 0, ""}, {}, {}, {}}

@@ -15,10 +15,10 @@ constexpr double kBlock_s = 0.010;
 const double kAccelerationStd_mps2 = std::sqrt(kAccelerationVariance_m2ps4);
 
 struct Place {
-  Eigen::Vector3d toward_m;   ///< from the receiver
-  double arc_rad = 0.0;       ///< of the bend behind it
-  double off_axis_rad = 0.0;  ///< of the receiver as seen from the vehicle
-  double below_rad = 0.0;     ///< of the vehicle as seen from the receiver, negative: its elevation
+  Eigen::Vector3d toward_m;    ///< from the receiver
+  double arc_rad = 0.0;        ///< of the bend behind it
+  double off_axis_rad = 0.0;   ///< of the receiver as seen from the vehicle
+  double elevation_rad = 0.0;  ///< of the vehicle
 };
 
 Place place_at(const PowerCase& known, const PassMotion& motion, double time_s) {
@@ -70,7 +70,7 @@ BeamShapes shapes_at(const Place& place) {
     now = 2.0 * first * now - std::exchange(before, now);
   }
   shapes[kWidth] = place.off_axis_rad * place.off_axis_rad;
-  shapes[kTilt] = place.below_rad;
+  shapes[kTilt] = place.elevation_rad;
   return shapes;
 }
 
@@ -183,6 +183,12 @@ std::optional<Residuals> PassLight::residuals(const Eigen::VectorXd& z, double r
           share * light->shapes[i][k] * beam_shape_std(ripple_nat, k);
   }
   return found;
+}
+
+Eigen::VectorXd PassLight::nearest_to(const PassMotion& motion) {
+  Eigen::VectorXd z = Eigen::VectorXd::Zero(kPassUnknowns);
+  z[kSpeedingUp] = motion.acceleration_mps2 / kAccelerationStd_mps2;
+  return z;
 }
 
 PassMotion PassLight::motion_of(const Eigen::VectorXd& z) const {

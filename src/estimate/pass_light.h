@@ -50,7 +50,8 @@ std::vector<BeamShapes> beam_shapes(const PowerCase& known, const PassMotion& mo
 /// unmodelled.
 class PassLight {
  public:
-  /// `known` outlives this. Unknowns of nought are `motion`, the law and what is known on average.
+  /// `known` outlives this. Unknowns of nought are `motion` without its acceleration, the law and
+  /// what is known on average.
   PassLight(const PowerSeries& series, const PowerCase& known, const PassMotion& motion);
 
   std::size_t blocks() const { return blocks_.time_s.size(); }
@@ -62,6 +63,8 @@ class PassLight {
                                      bool with_slopes) const;
 
   PassMotion motion_of(const Eigen::VectorXd& z) const;
+  /// Unknowns of nought but for the acceleration, which is that of `motion`.
+  static Eigen::VectorXd nearest_to(const PassMotion& motion);
 
  private:
   // Without background, of each block.

@@ -64,11 +64,12 @@ std::optional<PassMotion> first_motion(const PowerSeries& series, const PowerCas
                     estimate.value[kPowerAcceleration]};
 }
 
+constexpr std::size_t kFewestSamples = 5;
+
 // Where the background is unsure the light can be explained in more ways than one.
 std::vector<double> backgrounds(const PowerSeries& series) {
   constexpr double kHarmless = 0.002;  // of the least light
-  const double least_w = *std::min_element(series.power_w.begin(), series.power_w.end());
-  if (!(series.background_std_w > kHarmless * least_w)) return {0.0};
+  if (!(series.background_std_w > kHarmless * least_mean_w(series))) return {0.0};
   return {-1.5, -0.75, 0.0, 0.75, 1.5};
 }
 
@@ -93,6 +94,7 @@ PassMotion motion_above(double background_w, const PowerSeries& series, const Po
 // One way to explain the light, about its likeliest unknowns.
 struct Way {
   double evidence = 0.0;  // ln
+  bool unlike_the_law = false;
   double ripple_nat = 0.0;
   PassMotion motion;
   double log_speed_variance = 0.0;
@@ -111,8 +113,8 @@ std::optional<Way> way_at(const PassLight& light, const Minimum& minimum, double
   way.ripple_nat = ripple_nat;
   way.evidence = -minimum.cost - root.matrixLLT().diagonal().array().log().sum();
   way.motion = light.motion_of(z);
-  const double chi2 = 2.0 * minimum.cost - z.tail(kPassPriors).squaredNorm();
-  way.chi2_per_dof = chi2 / std::max(1.0, static_cast<double>(light.blocks()) - 2.0);
+  // Two unknowns have no prior.
+  way.chi2_per_dof = 2.0 * minimum.cost / std::max(1.0, static_cast<double>(light.blocks()) - 2.0);
   way.prior_chi2 = z.segment(kSpeedingUp, kShape - kSpeedingUp).squaredNorm();
   const double scatter = std::max(1.0, way.chi2_per_dof);
   way.log_speed_variance = scatter * covariance(kLogSpeed, kLogSpeed);
@@ -122,16 +124,26 @@ std::optional<Way> way_at(const PassLight& light, const Minimum& minimum, double
   return way;
 }
 
+// Descents from different backgrounds may end in one place.
+bool same(const Way& one, const Way& other) {
+  constexpr double kNear2 = 0.2 * 0.2;  // of a variance
+  const double apart = std::log(one.motion.speed_mps / other.motion.speed_mps);
+  const double lifted_w = one.background_w - other.background_w;
+  return one.ripple_nat == other.ripple_nat && apart * apart <= kNear2 * one.log_speed_variance &&
+         lifted_w * lifted_w <= kNear2 * one.background_variance_w2;
+}
+
 PassPosterior mean_of(const std::vector<Way>& ways) {
   const Way& best =
       *std::ranges::max_element(ways, {}, [](const Way& way) { return way.evidence; });
   double sum = 0.0, ripple2 = 0.0, log_speed = 0.0, log_speed2 = 0.0, along_m = 0.0;
-  double speeding_up = 0.0, background = 0.0, background2 = 0.0;
+  double speeding_up = 0.0, background = 0.0, background2 = 0.0, unlike_the_law = 0.0;
   for (const Way& way : ways) {
     const double weight = std::exp(way.evidence - best.evidence);
     const double apart = std::log(way.motion.speed_mps / best.motion.speed_mps);
     const double lifted_w = way.background_w - best.background_w;
     sum += weight;
+    if (way.unlike_the_law) unlike_the_law += weight;
     ripple2 += weight * way.ripple_nat * way.ripple_nat;
     log_speed += weight * apart;
     log_speed2 += weight * (apart * apart + way.log_speed_variance);
@@ -149,6 +161,7 @@ PassPosterior mean_of(const std::vector<Way>& ways) {
   found.ripple_nat = std::sqrt(ripple2 / sum);
   found.background_w = best.background_w + background;
   found.background_std_w = std::sqrt(background2 / sum - background * background);
+  found.unlike_the_law = unlike_the_law > 0.5 * sum;
   found.chi2_per_dof = best.chi2_per_dof;
   found.prior_chi2 = best.prior_chi2;
   return found;
@@ -162,6 +175,7 @@ std::optional<PassPosterior> pass_posterior(const PowerSeries& series, const Pow
   constexpr std::array<double, 6> kRipples_nat{1.0, 0.5, 0.25, 0.1, 0.03, 0.01};
   constexpr double kOfTheLaw_nat = 0.05;
   constexpr std::size_t kFewestBlocks = 5;
+  if (series.time_s.size() < kFewestSamples) return std::nullopt;
   constexpr double kTolerance = 0.02;
   std::vector<Way> ways;
   for (const double background : backgrounds(series)) {
@@ -171,7 +185,7 @@ std::optional<PassPosterior> pass_posterior(const PowerSeries& series, const Pow
     from.reference_s = start.reference_s;
     const PassLight light(series, known, from);
     if (light.blocks() < kFewestBlocks) return std::nullopt;
-    Eigen::VectorXd z = Eigen::VectorXd::Zero(kPassUnknowns);
+    Eigen::VectorXd z = light.nearest_to(from);
     z[kDark] = background;
     for (const double more_nat : kRipples_nat) {
       const double ripple_nat = std::hypot(more_nat, least_ripple_nat(known));
@@ -184,17 +198,18 @@ std::optional<PassPosterior> pass_posterior(const PowerSeries& series, const Pow
       auto way = way_at(light, *minimum, ripple_nat, series.background_std_w);
       if (!way) continue;
       way->evidence -= 0.5 * std::log(more_nat);
+      way->unlike_the_law = more_nat > kOfTheLaw_nat;
       z = minimum->unknowns;
-      ways.push_back(*way);
+      if (std::ranges::none_of(ways, [&](const Way& known_way) { return same(*way, known_way); }))
+        ways.push_back(*way);
     }
   }
   if (ways.empty()) return std::nullopt;
-  PassPosterior found = mean_of(ways);
-  found.unlike_the_law = found.ripple_nat > std::hypot(kOfTheLaw_nat, least_ripple_nat(known));
-  return found;
+  return mean_of(ways);
 }
 
 std::optional<PassPosterior> pass_posterior(const PowerSeries& series, const PowerCase& known) {
+  if (series.time_s.size() < kFewestSamples) return std::nullopt;
   const auto start = first_motion(series, known);
   return start ? pass_posterior(series, known, *start) : std::nullopt;
 }

@@ -7,13 +7,14 @@
 namespace vildar {
 
 /// What the light of one pass tells of all that shapes it (PassLight), the lamps' likeness to the
-/// law included: ways from 0.01 to 1 nat are weighed by their evidence.
+/// law included: ways from 0.01 to 1 nat, besides 0.15 of what the site leaves open of ln K, are
+/// weighed by their evidence and the inverse root of their size.
 struct PassPosterior {
   PassMotion motion;           ///< mean
   double log_speed_std = 0.0;  ///< of ln of its speed
   double ripple_nat = 0.0;     ///< root mean square, as in beam_shape_std
-  /// The light itself shows lamps that are more unlike the law than was to be expected. What the
-  /// fit does not know of the law it then trades for motion, by more than the sigma says.
+  /// More likely than not the lamps are unlike the law by 0.1 nat or more. What the fit does not
+  /// know of the law it then trades for motion, by more than the sigma says.
   bool unlike_the_law = false;
   double background_w = 0.0;  ///< to be taken off the series, mean
   double background_std_w = 0.0;

@@ -6,6 +6,7 @@
 
 #include "estimate/lane_choice.h"
 #include "estimate/pass_posterior.h"
+#include "estimate/series_blocks.h"
 
 namespace vildar {
 namespace {
@@ -113,17 +114,16 @@ Outcome<PowerCase> photodiode_case(const Site& site, int photodiode, const Vehic
   return known;
 }
 
-OwnLight own_light(const PowerTrace& trace, const Site& site, const PowerCase& known, double from_s,
-                   double to_s, const Trajectory* trajectory) {
+VehicleLight vehicle_light(const PowerTrace& trace, const Site& site, const PowerCase& known,
+                           double from_s, double to_s, const Trajectory* trajectory) {
   constexpr double kUnsure = 0.01;  // of the least light
   const double offset_s =
       site.photodiodes.at(static_cast<std::size_t>(trace.photodiode)).time_offset_s.mean;
   const Uncertain ambient_w{trace.ambient_w, trace.ambient_sigma_w};
-  OwnLight light;
+  VehicleLight light;
   light.series = usable_power(trace, ambient_w, offset_s, known, from_s, to_s, trajectory);
   light.cleared = light.series;
-  if (light.series.power_w.empty() ||
-      !(ambient_w.std > kUnsure * *std::ranges::min_element(light.series.power_w)))
+  if (light.series.power_w.empty() || !(ambient_w.std > kUnsure * least_mean_w(light.series)))
     return light;
   const auto posterior = pass_posterior(light.series, known);
   if (!posterior) return light;

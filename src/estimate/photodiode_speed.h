@@ -23,17 +23,18 @@ Outcome<PowerCase> photodiode_case(const Site& site, int photodiode, const Vehic
 
 /// A stretch of a trace in which the paper's estimators hold: clearly above the noise, approaching,
 /// and within 30 degrees of incidence (straight roads); times in clip time.
-struct OwnLight {
-  /// Less the ambient of the trace, which is as sure as that is.
+struct VehicleLight {
+  /// Less the ambient of the trace, and as sure as that is.
   PowerSeries series;
   /// The same less the ambient that the light itself tells, where that of the trace is unsure:
-  /// where the record shows no dark moment. For estimators that cannot find it themselves.
+  /// where the record shows no dark moment. For estimators that cannot find it themselves: its
+  /// sigma holds all that is not known of the vehicle, which they then count once more.
   PowerSeries cleared;
 };
 
 /// `from_s` and `to_s` are in clip time; with a trajectory the incidence is its, else that of the
 /// power itself.
-OwnLight own_light(const PowerTrace& trace, const Site& site, const PowerCase& known, double from_s,
-                   double to_s, const Trajectory* trajectory);
+VehicleLight vehicle_light(const PowerTrace& trace, const Site& site, const PowerCase& known,
+                           double from_s, double to_s, const Trajectory* trajectory);
 
 }  // namespace vildar

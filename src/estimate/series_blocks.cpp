@@ -1,5 +1,6 @@
 #include "estimate/series_blocks.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace vildar {
@@ -21,6 +22,12 @@ SeriesBlocks series_blocks(const PowerSeries& series, double block_s, double sam
         std::hypot(sample_std_w / std::sqrt(count), kUnmodelled * power_w / count));
   }
   return blocks;
+}
+
+double least_mean_w(const PowerSeries& series) {
+  constexpr double kMean_s = 0.010;
+  const SeriesBlocks means = series_blocks(series, kMean_s, 0.0);
+  return *std::ranges::min_element(means.power_w);
 }
 
 }  // namespace vildar

@@ -54,10 +54,15 @@ TEST(PassPosterior, DoubtOfLampsGrowsWhereTheGainWasFittedToTheLight) {
 }
 
 TEST(PassPosterior, SaysNothingOfAMoment) {
-  PowerSeries series = light_of(1, 0.0);
-  series.time_s.resize(40);
-  series.power_w.resize(40);
-  EXPECT_FALSE(pass_posterior(series, case_of(), motion_of()));
+  const PowerSeries whole = light_of(1, 0.0);
+  for (const std::size_t samples : {0U, 1U, 3U, 40U}) {
+    PowerSeries series = whole;
+    series.time_s.resize(samples);
+    series.power_w.resize(samples);
+    series.background_std_w = whole.power_w.front();
+    EXPECT_FALSE(pass_posterior(series, case_of(), motion_of())) << samples;
+    EXPECT_FALSE(pass_posterior(series, case_of())) << samples;
+  }
 }
 
 // All the light that lies between the least of it and none may be the background's.

@@ -293,6 +293,25 @@ TEST(Pass, OnACurveUsesTheArcAngle) {
   EXPECT_NEAR(result.speed.speed_mps, 15.0, 0.02);
 }
 
+TEST(Pass, OnACurveTheLightTellsAnAmbientThatTheRecordDoesNot) {
+  Site site = diode_site();
+  site.road.kind = RoadKind::curved;
+  site.road.radius_m = Uncertain{40.0, 0.0};
+  site.road.turn = Turn::left;
+  site.road.lanes[0].lateral_m = Uncertain{0.0, 0.0};
+  site.photodiodes[0].position_m[2] = Uncertain{0.65, 0.0};
+  Vehicle vehicle = kTypical;
+  vehicle.lateral_m = 0.0;
+  vehicle.along_m = 60.0;
+  Random random(1);
+  PowerTrace trace = trace_of(vehicle, site, matching_diode(), random);
+  trace.ambient_w = trace.ambient_sigma_w = 0.5 * *std::ranges::min_element(trace.power_w);
+  const VehicleResult result = estimate_pass({-0.5, 2.5, 2.4}, 1, site, {&trace, 1});
+  ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
+  for (const Method method : {Method::curved_angle_photodiode, Method::ml_photodiode})
+    EXPECT_NEAR(speed_of(method_of(result, method)), 20.0, 1.0) << name_of(method);
+}
+
 TEST(Pass, NothingAboveTheNoiseIsTooFewSamples) {
   const Site site = diode_site();
   Diode diode = matching_diode();
@@ -354,7 +373,7 @@ TEST(PhotodiodePower, AnErrorOfTheBackgroundIsInTheInterval) {
   const auto speed_with = [&](double shift_w, double ambient_sigma_w) {
     PowerTrace trace = exact;
     trace.ambient_w += shift_w;
-    PowerSeries series = own_light(trace, site, known, 0.0, 2.0, nullptr).series;
+    PowerSeries series = vehicle_light(trace, site, known, 0.0, 2.0, nullptr).series;
     series.background_std_w = ambient_sigma_w;
     return std::get<PowerSpeed>(power_speed(series, known)).speed;
   };
@@ -376,7 +395,7 @@ TEST(PhotodiodePower, TellsAnAmbientThatTheRecordDoesNot) {
   trace.ambient_w = trace.ambient_sigma_w = 0.5 * least_w;
   const auto known = std::get<PowerCase>(
       photodiode_case(site, 0, {site.road.lanes[0].lateral_m, *site.lamps.height_m}));
-  const OwnLight light = own_light(trace, site, known, 0.0, 2.0, nullptr);
+  const VehicleLight light = vehicle_light(trace, site, known, 0.0, 2.0, nullptr);
   EXPECT_EQ(light.series.background_std_w, trace.ambient_sigma_w) << "not told twice";
   EXPECT_LT(light.cleared.background_std_w, 0.2 * trace.ambient_sigma_w);
   const double taken_off_w =
