@@ -116,16 +116,14 @@ double unseen_light_w(std::span<const PowerBlock> floor, double left_ws2, const 
   return std::cbrt(left_ws2 * std::pow(0.5 * most_growth_w_per_s(floor, trace), 2));
 }
 
-/// Light that a floor may hold of whatever was to come: of the vehicle that is seen after it,
-/// g t / 2 with t until that is past, else of one that is not seen.
+/// Light that a floor may hold of the vehicle that is seen after it: where light grows by g, g t /
+/// 2 with t until that is past. None where the record ends with the floor.
 double hidden_light_w(std::span<const PowerBlock> blocks, std::span<const PowerBlock> floor,
-                      double level_w, const PowerTrace& trace) {
+                      const PowerTrace& trace) {
   constexpr double kAhead_s = 10.0, kAtTheEnd_s = 0.3, kLongestUnseen_s = 4.0;
-  const std::span<const PowerBlock> before(blocks.data(), floor.data());
   const std::span<const PowerBlock> after(floor.data() + floor.size(),
                                           blocks.data() + blocks.size());
-  if (after.empty())
-    return unseen_light_w(floor, brightness_ws2(before, floor.front().time_s, level_w), trace);
+  if (after.empty()) return 0.0;
   const double until_s = floor.back().time_s + kAhead_s;
   const PowerBlock* brightest = &after.front();
   for (const PowerBlock& block : after)
@@ -165,21 +163,25 @@ std::optional<Level> floor_after_a_fall(const std::vector<PowerBlock>& blocks, d
                                               unseen_light_w({before, after}, left_ws2, trace))};
 }
 
-/// The longest stretch below `limit_w`; one block above it may be a slip of the noise.
-std::span<const PowerBlock> longest_below(std::span<const PowerBlock> blocks, double limit_w) {
-  std::span<const PowerBlock> longest;
+/// Of all floors below `limit_w` the one that holds least hidden light, and how much; infinite
+/// where there is no floor. One block above the limit may be a slip of the noise.
+double least_hidden_light_w(std::span<const PowerBlock> blocks, double block_s, double limit_w,
+                            const PowerTrace& trace) {
+  constexpr std::size_t kFewestBlocks = 3;
   const auto lit = [&](std::size_t i) { return blocks[i].power_w > limit_w; };
   const auto rises = [&](std::size_t i) {
     return lit(i) && (i + 1 == blocks.size() || lit(i + 1));
   };
+  double least_w = INFINITY;
   for (std::size_t first = 0, next = 0; first < blocks.size(); first = next + 1) {
     for (next = first; next < blocks.size() && !rises(next);) ++next;
     std::size_t from = first, to = next;
     while (from < to && lit(from)) ++from;
     while (to > from && lit(to - 1)) --to;
-    if (to - from > longest.size()) longest = blocks.subspan(from, to - from);
+    if (to - from < kFewestBlocks || static_cast<double>(to - from) * block_s < kHeld_s) continue;
+    least_w = std::min(least_w, hidden_light_w(blocks, blocks.subspan(from, to - from), trace));
   }
-  return longest;
+  return least_w;
 }
 
 Level dark_level(const PowerTrace& trace) {
@@ -211,11 +213,7 @@ Level dark_level(const PowerTrace& trace) {
   constexpr double kFloorSigmas = 6.0;
   const Level any{0.5 * lowest_w, std::max(0.5 * std::abs(lowest_w), low_w - lowest_w)};
   const double limit_w = low_w + 4.0 * block_sigma_w;
-  const auto floor = longest_below(blocks, limit_w);
-  constexpr std::size_t kFewestBlocks = 3;
-  const double floor_s = static_cast<double>(floor.size()) * block_s;
-  const bool holds = floor.size() >= kFewestBlocks && floor_s >= kHeld_s;
-  const double hidden_w = holds ? hidden_light_w(blocks, floor, low_w, trace) : INFINITY;
+  const double hidden_w = least_hidden_light_w(blocks, block_s, limit_w, trace);
   if (low_w - lowest_w > kFloorSigmas * block_sigma_w || hidden_w > any.sigma_w) {
     const auto fallen = floor_after_a_fall(blocks, block_sigma_w, trace);
     return fallen && fallen->sigma_w < any.sigma_w ? *fallen : any;

@@ -126,22 +126,6 @@ TEST(Noise, LightOfAFollowerIsNotToldAsAmbient) {
       }
 }
 
-// The same with enough darkness after the vehicle for its level to be found by itself.
-TEST(Noise, LightOfAFollowerIsNotToldAsADarkLevel) {
-  constexpr double kAmbient_w = 0.05;
-  Random random(10);
-  for (const double sigma_w : {2e-5, 1e-4, 5e-4})
-    for (double behind_s = 8.0; behind_s <= 20.0; behind_s += 1.0) {
-      const PowerTrace trace = trace_of(1000, 4, [&](double t) {
-        return kAmbient_w + passing_w(t, 2.5) + 4.0 * passing_w(t, 2.5 + behind_s) +
-               random.normal(0.0, sigma_w);
-      });
-      EXPECT_LT(std::abs(trace.ambient_w - kAmbient_w), 3.0 * trace.ambient_sigma_w)
-          << behind_s << " s behind, noise " << sigma_w;
-      EXPECT_LT(trace.ambient_sigma_w, kAmbient_w);
-    }
-}
-
 // Where the light of a vehicle that comes nearer throughout is hardly told from a level at first.
 TEST(Noise, LightThatGrowsUnderNoiseIsNotToldAsAmbient) {
   constexpr double kAmbient_w = 0.05;
