@@ -19,8 +19,9 @@ namespace vildar {
 inline constexpr std::size_t kBeamShapes = kBeamWaves + 2;
 using BeamShapes = std::array<double, kBeamShapes>;
 
-/// Standard deviation of each one's coefficient where that of the first cosine is `ripple_nat`. At
-/// a nat they are as wide as headlamps differ (4 per rad^2 and per rad of azimuth and elevation).
+/// Standard deviation of each one's coefficient where that of the first cosine is `ripple_nat`.
+/// That of a^2 (per rad^2) and of the elevation (per rad) is four times as large: at a nat about
+/// what headlamps differ by.
 double beam_shape_std(double ripple_nat, std::size_t shape);
 
 /// All that shapes the light of one pass. Unknowns but ln of the speed's and the distance's change
@@ -56,9 +57,8 @@ class PassLight {
 
   std::size_t blocks() const { return blocks_.time_s.size(); }
 
-  /// Whitened errors of the blocks, then the priors from the acceleration on. `ripple_nat`:
-  /// standard deviation of the first cosine; that of the k-th is a k-th of it. Nothing where the
-  /// vehicle is not ahead throughout.
+  /// Whitened errors of the blocks, then the priors from the acceleration on. `ripple_nat`: as in
+  /// beam_shape_std. Nothing where the vehicle is not ahead throughout.
   std::optional<Residuals> residuals(const Eigen::VectorXd& z, double ripple_nat,
                                      bool with_slopes) const;
 
