@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/photodiode/learn.h"
+#include "calib/photodiode/learn_clock.h"
 #include "config/site_file.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -54,35 +55,64 @@ fs::path trace_of(const fs::path& run) {
   return {};
 }
 
-/// What a run's passes lie in: `passes` points into the rest.
+/// A run's traces and the vehicles that shine on them.
 struct LitRun {
   std::vector<PowerTrace> traces;
-  std::vector<OfferedPower> offered;
+  std::vector<LitVehicle> lit;
+  std::vector<bool> sound;
+  std::vector<OfferedPower> offered;  ///< LitPass points into these
 };
 
-void read_run(const fs::path& run, const fs::path& site_file, const Site& site, LitRun& lit_run,
-              std::vector<LitPass>& passes) {
+LitRun read_run(const fs::path& run, const fs::path& site_file, const Site& site) {
   RunOptions options;
   options.site = site_file;
   options.photodiode = trace_of(run);
   RunSummary summary;
+  LitRun lit_run;
   lit_run.traces = read_traces(options, site, summary);
   for (const std::string& warning : summary.warnings) std::cerr << "warning: " << warning << "\n";
-  std::vector<LitVehicle> lit;
-  std::vector<bool> sound;
   for (const RecordedPass& pass : read_recorded_passes(run, *site.camera)) {
     if (pass.track.kind != LampKind::headlamp) continue;
-    lit.push_back(lit_vehicle(pass.track, site));
-    sound.push_back(pass.sound && lit.back().way);
-    if (!sound.back()) lit.back().way.reset();  // it shines, but how is not known
+    LitVehicle& vehicle = lit_run.lit.emplace_back(lit_vehicle(pass.track, site));
+    lit_run.sound.push_back(pass.sound && vehicle.way);
+    if (!lit_run.sound.back()) vehicle.way.reset();  // it shines, but how is not known
   }
-  lit_run.offered.reserve(lit.size());
-  for (std::size_t v = 0; v < lit.size(); ++v) {
-    if (!sound[v]) continue;
-    lit_run.offered.push_back(offer_power(lit, v, site, lit_run.traces));
-    passes.push_back({*lit[v].way, lit_run.offered.back().power});
-  }
+  return lit_run;
 }
+
+std::vector<TimedPass> timed_passes(const std::list<LitRun>& runs) {
+  std::vector<TimedPass> passes;
+  for (const LitRun& run : runs)
+    for (std::size_t v = 0; v < run.lit.size(); ++v)
+      if (run.sound[v]) passes.push_back({*run.lit[v].way, run.traces});
+  return passes;
+}
+
+std::vector<LitPass> lit_passes(std::list<LitRun>& runs, const Site& site) {
+  std::vector<LitPass> passes;
+  for (LitRun& run : runs) {
+    run.offered.reserve(run.lit.size());
+    for (std::size_t v = 0; v < run.lit.size(); ++v) {
+      if (!run.sound[v]) continue;
+      run.offered.push_back(offer_power(run.lit, v, site, run.traces));
+      passes.push_back({*run.lit[v].way, run.offered.back().power});
+    }
+  }
+  return passes;
+}
+
+/// What was learned; of what the site file calls known nothing is.
+struct Learning {
+  std::size_t passes = 0;  ///< that the camera followed
+  std::optional<ClockLearning> clock;
+  std::optional<GainLearning> gains;
+
+  const Site& site() const { return gains ? gains->site : clock->site; }
+  bool empty() const {
+    return !(clock && clock->clock.passes >= kFewestClockPasses) &&
+           !(gains && gains->passes >= kFewestGainPasses);
+  }
+};
 
 std::string list_of(const std::map<std::string, int>& counts) {
   std::string out;
@@ -91,53 +121,101 @@ std::string list_of(const std::map<std::string, int>& counts) {
   return out;
 }
 
-GainLearning learn(std::span<const LitPass> passes, const Site& site, const fs::path& site_file) {
-  auto outcome = learn_gains(passes, site);
-  auto* learning = std::get_if<GainLearning>(&outcome);
-  if (learning == nullptr)
+Learning learn(std::list<LitRun>& runs, const Site& site, const fs::path& site_file) {
+  Learning learning;
+  const std::vector<TimedPass> timed = timed_passes(runs);
+  learning.passes = timed.size();
+  auto clock = learn_clock(timed, site);
+  if (auto* found = std::get_if<ClockLearning>(&clock)) learning.clock = std::move(*found);
+  const Site& timed_site = learning.clock ? learning.clock->site : site;
+  auto gains = learn_gains(lit_passes(runs, timed_site), timed_site);
+  if (auto* found = std::get_if<GainLearning>(&gains)) learning.gains = std::move(*found);
+  if (!learning.clock && !learning.gains)
     throw ConfigError({{site_file.string(), 0, "photodiodes",
-                        "no gain_ratio after the first has a std, so there is nothing to learn",
-                        "write one that is not known well as {mean, std}"}});
-  if (learning->passes < kFewestGainPasses)
-    throw InputError(std::to_string(passes.size()) + " passes that the camera followed, " +
-                     std::to_string(learning->passes) + " of them with power that fits" +
-                     list_of(learning->left_out) +
-                     "; at least five are needed: record for longer, or give more runs");
-  return std::move(*learning);
+                        "neither time_offset_s nor a gain_ratio after the first has a std, so "
+                        "there is nothing to learn",
+                        "write what is not known well as {mean, std}"}});
+  if (learning.empty()) {
+    std::string fault = std::to_string(learning.passes) + " passes that the camera followed";
+    if (learning.clock)
+      fault += ", " + std::to_string(learning.clock->clock.passes) +
+               " of them seen to leave a photodiode's view" + list_of(learning.clock->left_out);
+    if (learning.gains)
+      fault += ", " + std::to_string(learning.gains->passes) + " of them with power that fits" +
+               list_of(learning.gains->left_out);
+    throw InputError(fault +
+                     "; at least five are needed: record for longer, give more runs, or write "
+                     "time_offset_s with a larger std where the clocks may be further apart");
+  }
+  return learning;
 }
 
 std::string text_of(const Uncertain& value) {
   return fixed_text(value.mean, 4) + " +- " + fixed_text(value.std, 4);
 }
 
-std::string text_report(const GainLearning& learning) {
-  std::string out = std::to_string(learning.passes) + " passes" + list_of(learning.left_out) + "\n";
-  for (const LearnedGain& gain : learning.gains)
-    out += gain.key + ": " + text_of(gain.before) + " -> " + text_of(gain.after) + "  (" +
-           std::to_string(gain.passes) + " passes; mean +- " + fixed_text(gain.mean_std, 4) +
-           ", passes differ by " + fixed_text(gain.spread, 4) + "; sigma " +
-           fixed_text(gain.before.std / gain.after.std, 2) + " times smaller)\n";
-  out += "speed of a vehicle from camera and photodiodes: sigma " +
-         percent_text(learning.speed_std_before) + " -> " + percent_text(learning.speed_std_after) +
-         " (median)\n";
+std::string change_text(const std::string& key, const Uncertain& before, const Uncertain& after,
+                        int passes, double mean_std, double spread) {
+  if (mean_std == 0.0)
+    return key + ": " + text_of(before) + " stays: " + std::to_string(passes) +
+           " passes tell of it, five are needed\n";
+  return key + ": " + text_of(before) + " -> " + text_of(after) + "  (" + std::to_string(passes) +
+         " passes; mean +- " + fixed_text(mean_std, 4) + ", passes differ by " +
+         fixed_text(spread, 4) + "; sigma " + fixed_text(before.std / after.std, 2) +
+         " times smaller)\n";
+}
+
+std::string text_report(const Learning& learning) {
+  std::string out = std::to_string(learning.passes) + " passes that the camera followed\n";
+  if (learning.clock) {
+    const LearnedClock& clock = learning.clock->clock;
+    out += "seen to leave a photodiode's view: " + std::to_string(clock.passes) +
+           list_of(learning.clock->left_out) + "\n" +
+           change_text("time_offset_s", clock.before, clock.after, clock.passes, clock.mean_std_s,
+                       clock.spread_s);
+  }
+  if (!learning.gains) return out;
+  out += "with power that fits: " + std::to_string(learning.gains->passes) +
+         list_of(learning.gains->left_out) + "\n";
+  for (const LearnedGain& gain : learning.gains->gains)
+    out += change_text(gain.key, gain.before, gain.after, gain.passes, gain.mean_std, gain.spread);
+  if (learning.gains->passes > 0)
+    out += "speed of a vehicle from camera and photodiodes: sigma " +
+           percent_text(learning.gains->speed_std_before) + " -> " +
+           percent_text(learning.gains->speed_std_after) + " (median)\n";
   return out;
 }
 
-std::string json_report(const GainLearning& learning) {
-  nlohmann::ordered_json report;
-  report["passes"] = learning.passes;
-  report["left_out"] = learning.left_out;
+nlohmann::ordered_json change_json(const Uncertain& before, const Uncertain& after, int passes,
+                                   double mean_std, double spread) {
   const auto uncertain = [](const Uncertain& value) {
     return nlohmann::ordered_json{{"mean", value.mean}, {"std", value.std}};
   };
-  for (const LearnedGain& gain : learning.gains)
-    report["quantities"][gain.key] = {{"before", uncertain(gain.before)},
-                                      {"after", uncertain(gain.after)},
-                                      {"mean_std", gain.mean_std},
-                                      {"spread", gain.spread},
-                                      {"passes", gain.passes}};
-  report["speed_relative_std"] = {{"before", learning.speed_std_before},
-                                  {"after", learning.speed_std_after}};
+  return {{"before", uncertain(before)},
+          {"after", uncertain(after)},
+          {"mean_std", mean_std},
+          {"spread", spread},
+          {"passes", passes}};
+}
+
+std::string json_report(const Learning& learning) {
+  nlohmann::ordered_json report;
+  report["followed"] = learning.passes;
+  if (learning.clock) {
+    const LearnedClock& clock = learning.clock->clock;
+    report["left_out_of_time_offset"] = learning.clock->left_out;
+    report["quantities"]["time_offset_s"] =
+        change_json(clock.before, clock.after, clock.passes, clock.mean_std_s, clock.spread_s);
+  }
+  if (learning.gains) {
+    report["passes"] = learning.gains->passes;
+    report["left_out"] = learning.gains->left_out;
+    for (const LearnedGain& gain : learning.gains->gains)
+      report["quantities"][gain.key] =
+          change_json(gain.before, gain.after, gain.passes, gain.mean_std, gain.spread);
+    report["speed_relative_std"] = {{"before", learning.gains->speed_std_before},
+                                    {"after", learning.gains->speed_std_after}};
+  }
   return report.dump(2) + "\n";
 }
 
@@ -148,11 +226,9 @@ void calibrate_photodiode(const RunsArguments& arguments) {
                         "add a `photodiodes:` section"}});
   refuse_repeated(arguments.runs);
   std::list<LitRun> runs;
-  std::vector<LitPass> passes;
-  for (const fs::path& run : arguments.runs)
-    read_run(run, arguments.site, site, runs.emplace_back(), passes);
-  const GainLearning learning = learn(passes, site, arguments.site);
-  write_file_atomically(arguments.out, effective_site_yaml(learning.site));
+  for (const fs::path& run : arguments.runs) runs.push_back(read_run(run, arguments.site, site));
+  const Learning learning = learn(runs, site, arguments.site);
+  write_file_atomically(arguments.out, effective_site_yaml(learning.site()));
   std::cout << (arguments.json ? json_report(learning) : text_report(learning)) << std::flush;
 }
 
@@ -160,14 +236,16 @@ void calibrate_photodiode(const RunsArguments& arguments) {
 
 void add_calibrate_photodiode(CLI::App& calibrate, int& exit_code) {
   CLI::App* command = calibrate.add_subcommand(
-      "photodiode", "Gains of photodiodes beside a camera, learned from the passes of runs");
+      "photodiode",
+      "Clock and gains of photodiodes beside a camera, learned from the passes of runs");
   command->footer(
       "Example:\n"
       "  vildar run night.mp4 --photodiode night.csv --site site.yaml --out night\n"
-      "  vildar calibrate photodiode night --site site.yaml --out site_gains.yaml\n\n"
-      "What the site file gives as `gain_ratio: {mean, std}` is learned: the gain of a photodiode\n"
-      "relative to the first. A plain number is known and stays. The runs' photodiode traces are\n"
-      "read again. See docs/calibration.md.\n"
+      "  vildar calibrate photodiode night --site site.yaml --out site_lit.yaml\n\n"
+      "What the site file gives as {mean, std} is learned: `gain_ratio`, the gain of a photodiode\n"
+      "relative to the first, and `time_offset_s`, from the moments at which lamps leave a\n"
+      "photodiode's field of view. A plain number is known and stays. The runs' photodiode traces\n"
+      "are read again. See docs/calibration.md.\n"
       "Exit codes: 0 done; 2 usage or site file; 3 a run cannot be read, or too few passes; 5 the\n"
       "output cannot be written; 1 internal error.");
   add_runs_arguments(*command, calibrate_photodiode, exit_code);

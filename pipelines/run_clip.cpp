@@ -147,7 +147,8 @@ class Measuring {
     if (offered.unexplained)
       estimate.result.warnings.push_back(
           "the photodiodes receive light that none of the vehicles in view explains, so the power "
-          "law gives no speed; check the camera's view and the channel");
+          "law gives no speed; check the camera's view, the channel and "
+          "the photodiodes' clock (time_offset_s)");
     if (options_.annotate)
       for (const VehicleSighting& sighting : track.sightings)
         measurement_.sightings.push_back(annotated(track.id, sighting));

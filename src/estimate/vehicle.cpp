@@ -168,7 +168,7 @@ void fuse(const VehicleTrack& track, const Site& site, std::span<const VehiclePo
     if (delay && *miss == Miss::sensors_contradict) {
       result.warnings.push_back(
           "the delay between the photodiodes and the camera's bearings contradict each other; "
-          "check the camera's pose, the lamps and the photodiodes' places");
+          "check the camera's pose, the lamps, and the photodiodes' places and clock");
       result.withheld = *miss;
     } else if (*miss == Miss::bad_fit || *miss == Miss::sensors_contradict) {
       result.warnings.push_back("photodiode power does not agree with the camera (" +

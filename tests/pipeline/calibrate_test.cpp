@@ -145,7 +145,7 @@ TEST_F(Calibrate, PsfIsRefusedByNameWhereNoLampTellsIt) {
 std::string lone_car(int number, double speed_mps, double lamp_height_m) {
   const auto photodiodes = [](const std::string& offset_s, const std::string& gain_ratio) {
     const std::string rest =
-        "      yaw_deg: -7.3\n      pitch_deg: -5.6\n      half_field_of_view_deg: 60\n"
+        "      yaw_deg: -7.3\n      pitch_deg: -5.6\n      half_field_of_view_deg: 30\n"
         "      area_m2: 1.0e-4\n      time_offset_s: " +
         offset_s + "\n";
     return "  channel: {beam: low_beam}\n"
@@ -153,7 +153,7 @@ std::string lone_car(int number, double speed_mps, double lamp_height_m) {
            rest + "    - id: pd1\n      position_m: [2.0, 0.0, 5.0]\n" + rest +
            "      gain_ratio: " + gain_ratio + "\n";
   };
-  return "duration_s: " + std::to_string(50.0 / speed_mps) + "\nframe_rate_hz: 20\nseed: 5\n" +
+  return "duration_s: " + std::to_string(64.0 / speed_mps) + "\nframe_rate_hz: 20\nseed: 5\n" +
          "site:\n  camera:\n" + kCamera + kTruePose + photodiodes("0.035", "1.08") + kRoad +
          "told_site:\n  camera:\n" + kCamera + kTruePose +
          photodiodes("{mean: 0.03, std: 0.01}", "{mean: 1.0, std: 0.1}") + kRoad + "vehicles:\n" +
@@ -161,7 +161,7 @@ std::string lone_car(int number, double speed_mps, double lamp_height_m) {
          "}\nphotodiode: {rate_hz: 1000, noise_w: 5.0e-10, ambient_w: 2.0e-8}\n";
 }
 
-TEST_F(Calibrate, PhotodiodeGainIsLearnedFromRuns) {
+TEST_F(Calibrate, PhotodiodeGainAndClockAreLearnedFromRuns) {
   const double speeds_mps[] = {21.0, 18.5, 20.0, 16.0, 17.5, 19.0};
   const double heights_m[] = {0.62, 0.70, 0.66, 0.58, 0.64, 0.69};
   const std::string site = path("scene_0/site.yaml"), out = path("learned.yaml");
@@ -186,6 +186,12 @@ TEST_F(Calibrate, PhotodiodeGainIsLearnedFromRuns) {
   const Uncertain& ratio = learned.photodiodes[1].gain_ratio;
   EXPECT_LT(std::abs(ratio.mean - 1.08), kFar * ratio.std) << ran.out;
   EXPECT_LT(ratio.std, 0.03) << ran.out;
+  for (const PhotodiodeSite& photodiode : learned.photodiodes) {
+    EXPECT_LT(std::abs(photodiode.time_offset_s.mean - 0.035), kFar * photodiode.time_offset_s.std)
+        << ran.out;
+    // Of 0.01 before; vehicles of like speeds hardly tell time from the place of the rim.
+    EXPECT_LT(photodiode.time_offset_s.std, 0.007) << ran.out;
+  }
 
   folder_.write("scene_0/photodiode.csv", "t_s,power_w\n0,0\n");
   test::expect_told(run(arguments), 3, {"run.json", "another one"});
