@@ -90,7 +90,7 @@ std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
   const std::string file = options.photodiode->string();
   try {
     summary.inputs.push_back(describe_input("photodiode", *options.photodiode));
-    const PhotodiodeRecording recording =
+    PhotodiodeRecording recording =
         is_sound_file(*options.photodiode)
             ? read_photodiode_sound(*options.photodiode, site.photodiodes)
             : read_photodiode_csv(*options.photodiode);
@@ -100,7 +100,7 @@ std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
     summary.counts["samples_read"] = recording.rows_read;
     if (!recording.rejected.empty())
       summary.rejected_samples["unreadable_rows"] = recording.rejected;
-    std::vector<PowerTrace> traces = condition(recording, site);
+    std::vector<PowerTrace> traces = condition(std::move(recording), site);
     std::size_t most_samples = 0;
     for (const PowerTrace& trace : traces) {
       summary.counts["samples_used_" + trace.photodiode_id] =
@@ -111,7 +111,7 @@ std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
     }
     if (most_samples < 2)
       throw InputError(file + ": " + std::to_string(most_samples) + " of " +
-                       std::to_string(recording.rows_read) +
+                       std::to_string(summary.counts["samples_read"]) +
                        " samples can be used, and a speed needs many; record the trace again");
     leave_out_dead(file, traces, summary);
     for (const PowerTrace& trace : traces) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <Eigen/Core>
 
@@ -253,11 +254,9 @@ void leave_out(const std::vector<Span>& runs, const std::string& reason, CleanSa
 
 }  // namespace
 
-CleanSamples clean_samples(const std::vector<double>& time_s, const std::vector<float>& values,
+CleanSamples clean_samples(std::vector<double> time_s, std::vector<float> values,
                            PowerQuantity quantity, const PhotodiodeSite& photodiode) {
-  CleanSamples finite;
-  finite.time_s.assign(time_s.begin(), time_s.begin() + static_cast<std::ptrdiff_t>(values.size()));
-  finite.values = values;
+  time_s.resize(values.size());
   const bool all_finite = holds_throughout(values.size(), [&](std::size_t first, std::size_t last) {
     constexpr float kMost = std::numeric_limits<float>::max();
     constexpr double kMost_s = std::numeric_limits<double>::max();
@@ -266,6 +265,7 @@ CleanSamples clean_samples(const std::vector<double>& time_s, const std::vector<
     for (std::size_t i = first; i < last; ++i) strange |= !(std::abs(time_s[i]) <= kMost_s);
     return strange == 0;
   });
+  CleanSamples finite{std::move(time_s), std::move(values), {}};
   if (!all_finite) keep_finite(finite);
   put_in_order(finite);
   if (finite.values.empty()) return finite;

@@ -16,7 +16,7 @@ struct CleanSamples {
 };
 
 /// The rules are those of condition().
-CleanSamples clean_samples(const std::vector<double>& time_s, const std::vector<float>& values,
+CleanSamples clean_samples(std::vector<double> time_s, std::vector<float> values,
                            PowerQuantity quantity, const PhotodiodeSite& photodiode);
 
 }  // namespace vildar

@@ -1,6 +1,7 @@
 #include "condition/condition.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "condition/clean_samples.h"
 #include "condition/drift.h"
@@ -56,13 +57,16 @@ double watts_per_unit(PowerQuantity quantity, std::size_t index, const Site& sit
 
 }  // namespace
 
-std::vector<PowerTrace> condition(const PhotodiodeRecording& recording, const Site& site) {
+std::vector<PowerTrace> condition(PhotodiodeRecording recording, const Site& site) {
   std::vector<PowerTrace> traces;
-  for (std::size_t channel = 0; channel < recording.ids.size(); ++channel) {
-    const std::size_t index = photodiode_named(recording.ids[channel], recording.ids.size(), site);
+  const std::size_t channels = recording.ids.size();
+  for (std::size_t channel = 0; channel < channels; ++channel) {
+    const std::size_t index = photodiode_named(recording.ids[channel], channels, site);
     const double unit_w = watts_per_unit(recording.quantity, index, site);
-    CleanSamples clean = clean_samples(recording.time_s, recording.values[channel],
-                                       recording.quantity, site.photodiodes[index]);
+    const bool last = channel + 1 == channels;
+    CleanSamples clean = clean_samples(last ? std::move(recording.time_s) : recording.time_s,
+                                       std::move(recording.values[channel]), recording.quantity,
+                                       site.photodiodes[index]);
     PowerTrace trace;
     trace.photodiode_id = site.photodiodes[index].id;
     trace.photodiode = static_cast<int>(index);

@@ -36,6 +36,12 @@ void tame(std::span<Complex> amplitudes, double most) {
 }
 constexpr double kMostMedians = 1.5;
 
+/// Of finite numbers; that of the library looks for infinite ones, too.
+Complex product(const Complex& one, const Complex& other) {
+  return {one.real() * other.real() - one.imag() * other.imag(),
+          one.real() * other.imag() + one.imag() * other.real()};
+}
+
 /// Amplitudes of blocks [first, last), up to a gap, as they are at one frequency through all of
 /// them.
 class Stretch {
@@ -61,6 +67,25 @@ class Stretch {
     return std::norm(sum);
   }
 
+  /// The same at `count` frequencies, `step_hz` apart.
+  std::vector<double> powers(double first_off_hz, double step_hz, std::size_t count) const {
+    std::vector<Complex> turned, step;
+    for (std::size_t j = 0; j < times_s_.size(); ++j) {
+      turned.push_back(amplitudes_[j] * std::polar(1.0, -2.0 * kPi * first_off_hz * times_s_[j]));
+      step.push_back(std::polar(1.0, -2.0 * kPi * step_hz * times_s_[j]));
+    }
+    std::vector<double> found;
+    for (std::size_t k = 0; k < count; ++k) {
+      Complex sum = 0.0;
+      for (std::size_t j = 0; j < turned.size(); ++j) {
+        sum += turned[j];
+        turned[j] = product(turned[j], step[j]);
+      }
+      found.push_back(std::norm(sum));
+    }
+    return found;
+  }
+
   std::size_t blocks() const { return times_s_.size(); }
   double length_s() const { return times_s_.back(); }
 
@@ -76,17 +101,17 @@ struct Peak {
 };
 
 Peak find_peak(const Stretch& stretch, double reach_hz) {
-  constexpr double kFloorFrom_hz = 1.5, kFloorTo_hz = 4.5, kFloorStep_hz = 0.25;
+  constexpr double kFloorFrom_hz = 1.5, kFloorStep_hz = 0.25;
+  constexpr std::size_t kFloors = 12;
   const double step_hz = 0.25 / stretch.length_s();
-  std::vector<double> floor;
-  for (double off_hz = kFloorFrom_hz; off_hz < kFloorTo_hz; off_hz += kFloorStep_hz)
-    for (const double side : {-1.0, 1.0}) floor.push_back(stretch.power(side * off_hz));
-  Peak peak{.power = -1.0};
-  for (double off_hz = -reach_hz; off_hz <= reach_hz; off_hz += step_hz)
-    if (const double power = stretch.power(off_hz); power > peak.power) {
-      peak.power = power;
-      peak.off_hz = off_hz;
-    }
+  std::vector<double> floor = stretch.powers(kFloorFrom_hz, kFloorStep_hz, kFloors);
+  const std::vector<double> below_it = stretch.powers(-kFloorFrom_hz, -kFloorStep_hz, kFloors);
+  floor.insert(floor.end(), below_it.begin(), below_it.end());
+  const auto steps = static_cast<std::size_t>(2.0 * reach_hz / step_hz) + 1;
+  const std::vector<double> powers = stretch.powers(-reach_hz, step_hz, steps);
+  const auto highest = std::ranges::max_element(powers);
+  Peak peak{.off_hz = static_cast<double>(highest - powers.begin()) * step_hz - reach_hz,
+            .power = *highest};
   // A parabola through the top.
   const double below = stretch.power(peak.off_hz - step_hz);
   const double above = stretch.power(peak.off_hz + step_hz);
@@ -177,31 +202,38 @@ std::vector<Complex> followed(const LineBlocks& lines, double frequency_hz,
   for (std::size_t i = 0; i < usual.size(); ++i)
     tame(stretch(i), kMostMedians * std::max({usual[i], usual[i > 0 ? i - 1 : i],
                                               usual[std::min(i + 1, usual.size() - 1)]}));
-  const auto turn = [&](std::size_t from, std::size_t to) {
-    return std::polar(
-        1.0, -2.0 * kPi * frequency_hz * (lines.blocks()[from].time_s - lines.blocks()[to].time_s));
-  };
+  // In the phase of one time, and back in that of each block's own.
+  std::vector<Complex> turn(n);
+  for (std::size_t j = 0; j < n; ++j) {
+    turn[j] = std::polar(1.0, -2.0 * kPi * frequency_hz *
+                                  (lines.blocks()[j].time_s - lines.blocks().front().time_s));
+    found[j] = product(found[j], turn[j]);
+  }
   // How the phase goes on from block to block, in the mean over a stretch of some seconds.
   std::vector<Complex> step(n);
-  for (std::size_t j = 0; j + 1 < n; ++j)
-    step[j] = found[j + 1] * turn(j + 1, j) * std::conj(found[j]);
+  for (std::size_t j = 0; j + 1 < n; ++j) step[j] = product(found[j + 1], std::conj(found[j]));
   std::vector<Complex> mean(n);
   Complex step_sum = 0.0;
   std::size_t begin = 0, end = 0;
   for (std::size_t j = 0; j < n; ++j) {
     while (end < std::min(n, j + kTamed)) step_sum += step[end++];
     while (begin + kTamed < j) step_sum -= step[begin++];
-    const double per_block_rad = std::arg(step_sum);
-    Complex sum = 0.0;
-    double count = 0.0;
-    const std::size_t last = std::min(n - 1, j + kReach);
-    for (std::size_t k = j > kReach ? j - kReach : 0; k <= last; ++k) {
-      if (found[k] == 0.0) continue;
-      const double off = static_cast<double>(k) - static_cast<double>(j);
-      sum += found[k] * turn(k, j) * std::polar(1.0, -per_block_rad * off);
-      count += 1.0;
+    const double size = std::abs(step_sum);
+    const Complex back = size > 0.0 ? std::conj(step_sum) / size : 1.0;
+    Complex sum = found[j], later = 1.0;
+    double count = found[j] == 0.0 ? 0.0 : 1.0;
+    for (std::size_t off = 1; off <= kReach; ++off) {
+      later = product(later, back);
+      if (j + off < n && found[j + off] != 0.0) {
+        sum += product(found[j + off], later);
+        count += 1.0;
+      }
+      if (j >= off && found[j - off] != 0.0) {
+        sum += product(found[j - off], std::conj(later));
+        count += 1.0;
+      }
     }
-    if (count > 0.0) mean[j] = sum / count;
+    if (count > 0.0) mean[j] = product(sum, std::conj(turn[j])) / count;
   }
   return mean;
 }

@@ -34,7 +34,10 @@ void condition_trace(benchmark::State& state, double rate_hz, double flicker_w, 
   Site site;
   site.photodiodes.emplace_back().id = "pd0";
   for (auto _ : state) {
-    const std::vector<PowerTrace> traces = condition(input, site);
+    state.PauseTiming();
+    PhotodiodeRecording moved = input;
+    state.ResumeTiming();
+    const std::vector<PowerTrace> traces = condition(std::move(moved), site);
     benchmark::DoNotOptimize(find_passes(traces.front()));
   }
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(input.time_s.size()));
