@@ -2,6 +2,10 @@
 #include <fstream>
 #include <iostream>
 #include <list>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -109,8 +113,7 @@ struct Learning {
 
   const Site& site() const { return gains ? gains->site : clock->site; }
   bool empty() const {
-    return !(clock && clock->clock.passes >= kFewestClockPasses) &&
-           !(gains && gains->passes >= kFewestGainPasses);
+    return !(clock && clock->clock.learned) && !(gains && gains->passes >= kFewestGainPasses);
   }
 };
 
@@ -127,6 +130,10 @@ Learning learn(std::list<LitRun>& runs, const Site& site, const fs::path& site_f
   learning.passes = timed.size();
   auto clock = learn_clock(timed, site);
   if (auto* found = std::get_if<ClockLearning>(&clock)) learning.clock = std::move(*found);
+  if (const Miss* miss = std::get_if<Miss>(&clock); miss && *miss == Miss::outside_model)
+    std::cerr << "warning: " << site_file.string()
+              << ": photodiodes differ in time_offset_s, which is one for all that share a trace "
+                 "file; it is not learned\n";
   const Site& timed_site = learning.clock ? learning.clock->site : site;
   auto gains = learn_gains(lit_passes(runs, timed_site), timed_site);
   if (auto* found = std::get_if<GainLearning>(&gains)) learning.gains = std::move(*found);
@@ -143,9 +150,12 @@ Learning learn(std::list<LitRun>& runs, const Site& site, const fs::path& site_f
     if (learning.gains)
       fault += ", " + std::to_string(learning.gains->passes) + " of them with power that fits" +
                list_of(learning.gains->left_out);
-    throw InputError(fault +
-                     "; at least five are needed: record for longer, give more runs, or write "
-                     "time_offset_s with a larger std where the clocks may be further apart");
+    fault += "; at least five are needed: record for longer, or give more runs";
+    if (learning.clock)
+      fault +=
+          "; write time_offset_s with a larger std where the clocks may be further apart, and give "
+          "runs together only if they share one";
+    throw InputError(fault);
   }
   return learning;
 }
@@ -154,15 +164,35 @@ std::string text_of(const Uncertain& value) {
   return fixed_text(value.mean, 4) + " +- " + fixed_text(value.std, 4);
 }
 
-std::string change_text(const std::string& key, const Uncertain& before, const Uncertain& after,
-                        int passes, double mean_std, double spread) {
-  if (mean_std == 0.0)
-    return key + ": " + text_of(before) + " stays: " + std::to_string(passes) +
-           " passes tell of it, five are needed\n";
-  return key + ": " + text_of(before) + " -> " + text_of(after) + "  (" + std::to_string(passes) +
-         " passes; mean +- " + fixed_text(mean_std, 4) + ", passes differ by " +
-         fixed_text(spread, 4) + "; sigma " + fixed_text(before.std / after.std, 2) +
-         " times smaller)\n";
+/// What became of a key of the site file.
+struct Change {
+  bool learned = false;
+  Uncertain before, after;
+  int passes = 0;
+  double mean_std = 0.0, spread = 0.0;
+};
+
+Change change_of(const LearnedClock& clock) {
+  return {clock.learned, clock.before, clock.after, clock.passes, clock.mean_std_s, clock.spread_s};
+}
+
+Change change_of(const LearnedGain& gain) {
+  return {gain.passes >= kFewestGainPasses,
+          gain.before,
+          gain.after,
+          gain.passes,
+          gain.mean_std,
+          gain.spread};
+}
+
+std::string text_of(const std::string& key, const Change& change) {
+  if (!change.learned)
+    return key + ": " + text_of(change.before) + " stays (" + std::to_string(change.passes) +
+           " passes tell of it)\n";
+  return key + ": " + text_of(change.before) + " -> " + text_of(change.after) + "  (" +
+         std::to_string(change.passes) + " passes; mean +- " + fixed_text(change.mean_std, 4) +
+         ", passes differ by " + fixed_text(change.spread, 4) + "; sigma " +
+         fixed_text(change.before.std / change.after.std, 2) + " times smaller)\n";
 }
 
 std::string text_report(const Learning& learning) {
@@ -170,15 +200,12 @@ std::string text_report(const Learning& learning) {
   if (learning.clock) {
     const LearnedClock& clock = learning.clock->clock;
     out += "seen to leave a photodiode's view: " + std::to_string(clock.passes) +
-           list_of(learning.clock->left_out) + "\n" +
-           change_text("time_offset_s", clock.before, clock.after, clock.passes, clock.mean_std_s,
-                       clock.spread_s);
+           list_of(learning.clock->left_out) + "\n" + text_of("time_offset_s", change_of(clock));
   }
   if (!learning.gains) return out;
   out += "with power that fits: " + std::to_string(learning.gains->passes) +
          list_of(learning.gains->left_out) + "\n";
-  for (const LearnedGain& gain : learning.gains->gains)
-    out += change_text(gain.key, gain.before, gain.after, gain.passes, gain.mean_std, gain.spread);
+  for (const LearnedGain& gain : learning.gains->gains) out += text_of(gain.key, change_of(gain));
   if (learning.gains->passes > 0)
     out += "speed of a vehicle from camera and photodiodes: sigma " +
            percent_text(learning.gains->speed_std_before) + " -> " +
@@ -186,16 +213,13 @@ std::string text_report(const Learning& learning) {
   return out;
 }
 
-nlohmann::ordered_json change_json(const Uncertain& before, const Uncertain& after, int passes,
-                                   double mean_std, double spread) {
+nlohmann::ordered_json json_of(const Change& change) {
   const auto uncertain = [](const Uncertain& value) {
     return nlohmann::ordered_json{{"mean", value.mean}, {"std", value.std}};
   };
-  return {{"before", uncertain(before)},
-          {"after", uncertain(after)},
-          {"mean_std", mean_std},
-          {"spread", spread},
-          {"passes", passes}};
+  return {{"learned", change.learned},        {"before", uncertain(change.before)},
+          {"after", uncertain(change.after)}, {"mean_std", change.mean_std},
+          {"spread", change.spread},          {"passes", change.passes}};
 }
 
 std::string json_report(const Learning& learning) {
@@ -204,15 +228,13 @@ std::string json_report(const Learning& learning) {
   if (learning.clock) {
     const LearnedClock& clock = learning.clock->clock;
     report["left_out_of_time_offset"] = learning.clock->left_out;
-    report["quantities"]["time_offset_s"] =
-        change_json(clock.before, clock.after, clock.passes, clock.mean_std_s, clock.spread_s);
+    report["quantities"]["time_offset_s"] = json_of(change_of(clock));
   }
   if (learning.gains) {
     report["passes"] = learning.gains->passes;
     report["left_out"] = learning.gains->left_out;
     for (const LearnedGain& gain : learning.gains->gains)
-      report["quantities"][gain.key] =
-          change_json(gain.before, gain.after, gain.passes, gain.mean_std, gain.spread);
+      report["quantities"][gain.key] = json_of(change_of(gain));
     report["speed_relative_std"] = {{"before", learning.gains->speed_std_before},
                                     {"after", learning.gains->speed_std_after}};
   }

@@ -5,6 +5,8 @@
 
 #include <ceres/jet.h>
 
+#include "optics/incidence.h"
+
 namespace vildar {
 namespace {
 
@@ -16,9 +18,7 @@ class View {
   View(const Trajectory& way, double side, const PhotodiodeSite& photodiode)
       : way_(way),
         side_(side),
-        axis_(std::cos(photodiode.pitch_rad) * std::cos(photodiode.yaw_rad),
-              std::cos(photodiode.pitch_rad) * std::sin(photodiode.yaw_rad),
-              std::sin(photodiode.pitch_rad)),
+        axis_(axis_of(photodiode)),
         half_view_rad_(photodiode.half_field_of_view_rad) {
     for (int axis = 0; axis < 3; ++axis)
       receiver_from_camera_m_[axis] = photodiode.position_m[static_cast<std::size_t>(axis)].mean -
@@ -54,11 +54,11 @@ class View {
   double half_view_rad_;
 };
 
-std::optional<double> leaves_at_s(const View& view, double from_s) {
-  constexpr double kLongest_s = 4.0, kStep_s = 0.02;
+std::optional<double> leaves_at_s(const View& view, double from_s, double to_s) {
+  constexpr double kStep_s = 0.02;
   constexpr int kHalvings = 24;
   if (!(view.inside_rad(from_s) > 0.0)) return std::nullopt;
-  for (double in_s = from_s; in_s < from_s + kLongest_s; in_s += kStep_s) {
+  for (double in_s = from_s; in_s < to_s; in_s += kStep_s) {
     double inside_s = in_s, outside_s = in_s + kStep_s;
     if (view.inside_rad(outside_s) > 0.0) continue;
     for (int i = 0; i < kHalvings; ++i) {
@@ -74,9 +74,10 @@ std::optional<double> leaves_at_s(const View& view, double from_s) {
 
 std::optional<RimCrossing> rim_crossing(const Trajectory& way, double side,
                                         const PhotodiodeSite& photodiode) {
-  constexpr double kInstant_s = 1e-3;
+  constexpr double kInstant_s = 1e-3, kLongest_s = 4.0;
+  constexpr double kUnseen_mps2 = 1.0;
   const View view(way, side, photodiode);
-  const auto at_s = leaves_at_s(view, way.to_s);
+  const auto at_s = leaves_at_s(view, way.from_s, way.to_s + kLongest_s);
   if (!at_s) return std::nullopt;
   const double rate_rad_per_s =
       (view.inside_rad(*at_s + kInstant_s) - view.inside_rad(*at_s - kInstant_s)) /
@@ -94,10 +95,10 @@ std::optional<RimCrossing> rim_crossing(const Trajectory& way, double side,
   for (std::size_t k = 0; k < steps.size(); ++k)
     by_step[static_cast<Eigen::Index>(k)] =
         -scale_m * steps[k].way(*at_s - way.problem.reference_s) / state.closing_mps;
-  const double variance_s2 =
-      by_path.dot(way.fit.covariance * by_path) + way.change.variance(by_path, by_step);
-  return RimCrossing{*at_s, std::sqrt(std::max(0.0, variance_s2)), -1.0 / rate_rad_per_s,
-                     view.distance_m(*at_s)};
+  const double unseen_s = std::max(0.0, *at_s - way.to_s);
+  const double std_s = std::hypot(way.std_of(by_path, by_step),
+                                  0.5 * kUnseen_mps2 * unseen_s * unseen_s / state.closing_mps);
+  return RimCrossing{*at_s, std_s, -1.0 / rate_rad_per_s, view.distance_m(*at_s)};
 }
 
 }  // namespace vildar

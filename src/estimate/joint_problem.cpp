@@ -5,6 +5,7 @@
 
 #include "estimate/power_blocks.h"
 #include "optics/channel.h"
+#include "optics/incidence.h"
 
 namespace vildar {
 namespace {
@@ -61,10 +62,7 @@ bool lights(const Trajectory& trajectory, const PhotodiodeSite& site, const Rece
   if (!(toward.x() > 0.0) || !(closing_rate > 0.0)) return false;
   if (std::abs(std::atan2(toward.y(), toward.x()) - place.heading_rad) > kBeamEdge_rad)
     return false;
-  const Eigen::Vector3d axis(std::cos(site.pitch_rad) * std::cos(site.yaw_rad),
-                             std::cos(site.pitch_rad) * std::sin(site.yaw_rad),
-                             std::sin(site.pitch_rad));
-  return axis.dot(toward.normalized()) > std::cos(site.half_field_of_view_rad);
+  return axis_of(site).dot(toward.normalized()) > std::cos(site.half_field_of_view_rad);
 }
 
 // Mean of D^-2 over a block by Simpson's rule, over that in its middle.

@@ -17,11 +17,6 @@ std::array<PathJet, kPathParameters> jets_of(const PathVector& parameters) {
   return jets;
 }
 
-double std_of(const PathJet& value, const Eigen::VectorXd& by_step, const Trajectory& trajectory) {
-  return std::sqrt(std::max(0.0, value.v.dot(trajectory.fit.covariance * value.v) +
-                                     trajectory.change.variance(value.v, by_step)));
-}
-
 // What a time needs of each step.
 template <class Of>
 Eigen::VectorXd by_steps(const Trajectory& trajectory, Of of) {
@@ -47,14 +42,12 @@ MotionState Trajectory::at(double time_s) const {
   MotionState state;
   state.range_m = place.x().a + problem.setting.camera_m.x();
   state.range_std_m = std_of(
-      place.x(), -scale_m.a * by_steps(*this, [&](const auto& step) { return step.way(tau_s); }),
-      *this);
+      place.x().v, -scale_m.a * by_steps(*this, [&](const auto& step) { return step.way(tau_s); }));
   state.lateral_m = place.y().a + problem.setting.camera_m.y();
   state.over_ground_mps = over_ground.a;
   state.speed_std_mps = std::hypot(
-      std_of(over_ground,
-             scale_m.a * by_steps(*this, [&](const auto& step) { return step.beyond_s(tau_s); }),
-             *this),
+      std_of(over_ground.v,
+             scale_m.a * by_steps(*this, [&](const auto& step) { return step.beyond_s(tau_s); })),
       ego.speed_std_mps());
   state.closing_mps = over_ground.a + lane_share.a * ego.speed_mps(time_s);
   const double rate_mps2 =
@@ -70,6 +63,11 @@ double Trajectory::lamp_height_m() const {
 double Trajectory::lateral_m() const {
   return problem.setting.camera_m.y() +
          std::exp(fit.parameters[kLogScale]) * fit.parameters[kLateral];
+}
+
+double Trajectory::std_of(const PathVector& by_path, const Eigen::VectorXd& by_step) const {
+  return std::sqrt(
+      std::max(0.0, by_path.dot(fit.covariance * by_path) + change.variance(by_path, by_step)));
 }
 
 double Trajectory::scale_std() const { return std::sqrt(fit.covariance(kLogScale, kLogScale)); }

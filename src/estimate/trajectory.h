@@ -43,6 +43,9 @@ struct Trajectory {
   double lateral_m() const;
   /// Relative standard deviation of all lengths together: the share of the metric priors.
   double scale_std() const;
+  /// Of a quantity with these slopes by the path's parameters and by the sizes of the steps that
+  /// the acceleration takes.
+  double std_of(const PathVector& by_path, const Eigen::VectorXd& by_step) const;
 };
 
 /// Speed over the ground at `time_s` with its 95 % interval: log-normal for a fixed camera while

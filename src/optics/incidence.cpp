@@ -23,4 +23,10 @@ PaperPlace curved_place(const PaperCurve& curve, Radians arc_angle) {
                         Metres(curve.lateral_m + 2.0 * curve.radius_m * half_sine * half_sine));
 }
 
+Eigen::Vector3d axis_of(const PhotodiodeSite& photodiode) {
+  const double level = std::cos(photodiode.pitch_rad);
+  return {level * std::cos(photodiode.yaw_rad), level * std::sin(photodiode.yaw_rad),
+          std::sin(photodiode.pitch_rad)};
+}
+
 }  // namespace vildar

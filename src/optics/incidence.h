@@ -1,6 +1,9 @@
 #pragma once
 
+#include <Eigen/Core>
+
 #include "core/quantity.h"
+#include "types/site.h"
 
 namespace vildar {
 
@@ -25,5 +28,8 @@ struct PaperCurve {
 /// Place at arc angle beta, eqs. (17) to (19). Throws std::domain_error at distance zero or unless
 /// r_c > 0.
 PaperPlace curved_place(const PaperCurve& curve, Radians arc_angle);
+
+/// Where a photodiode looks: a unit vector in the road frame.
+Eigen::Vector3d axis_of(const PhotodiodeSite& photodiode);
 
 }  // namespace vildar

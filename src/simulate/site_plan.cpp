@@ -9,6 +9,7 @@
 #include "estimate/vehicle.h"
 #include "optics/camera.h"
 #include "optics/channel.h"
+#include "optics/incidence.h"
 #include "optics/road.h"
 
 namespace vildar::simulate {
@@ -126,9 +127,7 @@ PowerTrace trace_of(const Vehicle& vehicle, const Site& site, int photodiode,
   trace.noise_sigma_w = reference_w * std::pow(10.0, -options.photodiode_snr_db / 20.0);
   trace.ambient_w = 0.1 * reference_w;
   trace.ambient_sigma_w = trace.noise_sigma_w / 20.0;
-  const Eigen::Vector3d axis(std::cos(diode.pitch_rad) * std::cos(diode.yaw_rad),
-                             std::cos(diode.pitch_rad) * std::sin(diode.yaw_rad),
-                             std::sin(diode.pitch_rad));
+  const Eigen::Vector3d axis = axis_of(diode);
   const auto samples = static_cast<std::int64_t>((to_s - from_s) * options.photodiode_rate_hz);
   for (std::int64_t i = 0; i < samples; ++i) {
     const double t_s = from_s + static_cast<double>(i) * trace.sample_period_s;

@@ -6,6 +6,7 @@
 
 #include "optics/atmosphere.h"
 #include "optics/channel.h"
+#include "optics/incidence.h"
 #include "synth/light.h"
 
 namespace vildar {
@@ -14,12 +15,6 @@ namespace {
 Eigen::Vector3d place_of(const PhotodiodeSite& photodiode) {
   return {photodiode.position_m[0].mean, photodiode.position_m[1].mean,
           photodiode.position_m[2].mean};
-}
-
-Eigen::Vector3d axis_of(const PhotodiodeSite& photodiode) {
-  const double level = std::cos(photodiode.pitch_rad);
-  return {level * std::cos(photodiode.yaw_rad), level * std::sin(photodiode.yaw_rad),
-          std::sin(photodiode.pitch_rad)};
 }
 
 bool in_view(const PhotodiodeSite& photodiode, const Eigen::Vector3d& direction) {

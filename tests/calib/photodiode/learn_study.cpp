@@ -71,60 +71,76 @@ using LearnGainsStudy = Study;
 TEST_F(LearnGainsStudy, TenPasses) { expect_true_sigmas(study(10, 20260401)); }
 TEST_F(LearnGainsStudy, FortyPasses) { expect_true_sigmas(study(40, 20260402)); }
 
-// Sites whose offset and rims are drawn from what the file and the estimator take beforehand.
-Errors clock_study(const char* name, int passes, std::size_t photodiodes, simulated::RimWorld world,
-                   std::uint64_t seed) {
+// Sites whose offset and rims are drawn from what the file and the estimator take beforehand, and
+// vehicles that brake or speed up by 1 m/s^2 once the camera has lost them.
+struct ClockCase {
+  const char* name;
+  int passes;
+  std::size_t photodiodes;
+  simulated::RimWorld world;
+  double most_s;  // root mean square error
+};
+
+void study_clock(ClockCase one, std::uint64_t seed) {
   Random random(seed);
   Errors errors;
   int missed = 0, told = 0;
+  simulated::RimWorld& world = one.world;
+  world.unseen_mps2 = 1.0;
   for (int i = 0; i < kSites; ++i) {
     world.time_offset_s = random.normal(0.0, world.offset_std_s);
     world.rim_off_rad.clear();
-    for (std::size_t k = 0; k < photodiodes; ++k)
+    for (std::size_t k = 0; k < one.photodiodes; ++k)
       world.rim_off_rad.push_back(random.normal(0.0, radians_from_degrees(1.0)));
     const auto scene =
-        simulated::timed_passes(passes, world, seed + 1 + static_cast<std::uint64_t>(i));
+        simulated::timed_passes(one.passes, world, seed + 1 + static_cast<std::uint64_t>(i));
     const auto learning = std::get<ClockLearning>(learn_clock(scene.passes, scene.site));
     told += learning.clock.passes;
-    if (learning.clock.passes < kFewestClockPasses)
-      ++missed;
-    else
+    if (learning.clock.learned)
       errors.add(learning.clock.after.mean - world.time_offset_s, learning.clock.after.std);
+    else
+      ++missed;
   }
-  std::printf("%s: %d passes, %.1f tell, %d sites without answer\n", name, passes,
+  std::printf("%s: %d passes, %.1f tell, %d sites without answer\n", one.name, one.passes,
               static_cast<double>(told) / kSites, missed);
   errors.print("time offset, ms", 1e3);
-  return errors;
-}
-
-// Errors scatter by a tenth of themselves, and coverage as above.
-void expect_a_clock(const Errors& errors, double most_s) {
+  // Errors scatter by a tenth of themselves, and coverage as above.
+  EXPECT_LT(missed, kSites / 2);
   EXPECT_GT(errors.coverage(), 0.865);
-  EXPECT_LT(std::sqrt(errors.squares / errors.count), 1.3 * most_s);
+  EXPECT_LT(std::sqrt(errors.squares / errors.count), 1.3 * one.most_s);
 }
 
 using LearnClockStudy = Study;
 
-TEST_F(LearnClockStudy, TenPasses) {
-  expect_a_clock(clock_study("one photodiode", 10, 1, {}, 20260501), 0.001);
-}
+TEST_F(LearnClockStudy, TenPasses) { study_clock({"one photodiode", 10, 1, {}, 0.004}, 20260501); }
 TEST_F(LearnClockStudy, FortyPasses) {
-  expect_a_clock(clock_study("one photodiode", 40, 1, {}, 20260502), 0.0003);
+  study_clock({"one photodiode", 40, 1, {}, 0.002}, 20260502);
 }
 TEST_F(LearnClockStudy, TwoPhotodiodes) {
-  expect_a_clock(clock_study("two photodiodes", 10, 2, {}, 20260503), 0.001);
+  study_clock({"two photodiodes", 10, 2, {}, 0.0025}, 20260503);
 }
 TEST_F(LearnClockStudy, ClocksApartByASecond) {
-  expect_a_clock(clock_study("two photodiodes", 10, 2, {.offset_std_s = 1.0}, 20260504), 0.001);
+  study_clock({"clocks apart by a second", 40, 1, {.offset_std_s = 1.0}, 0.002}, 20260504);
 }
 TEST_F(LearnClockStudy, LightFromTheMiddle) {
-  expect_a_clock(clock_study("all light at once", 10, 1, {.one_lamp = true}, 20260507), 0.001);
+  study_clock({"all light at once", 10, 1, {.one_lamp = true}, 0.003}, 20260507);
+}
+TEST_F(LearnClockStudy, NarrowView) {
+  study_clock({"view of 25 degrees", 10, 1, {.half_view_rad = radians_from_degrees(25.0)}, 0.006},
+              20260508);
+}
+TEST_F(LearnClockStudy, SoftRims) {
+  study_clock({"rims 13 mrad wide", 10, 1, {.rim_width_rad = 0.003}, 0.003}, 20260509);
+  study_clock({"rims 26 mrad wide", 10, 1, {.rim_width_rad = 0.006}, 0.003}, 20260510);
+}
+TEST_F(LearnClockStudy, UnevenStamps) {
+  study_clock({"stamps off by half a period", 10, 1, {.jitter = 1.0}, 0.004}, 20260511);
 }
 TEST_F(LearnClockStudy, TenKilohertz) {
-  expect_a_clock(clock_study("10 kHz", 10, 1, {.rate_hz = 10000.0}, 20260505), 0.001);
+  study_clock({"10 kHz", 10, 1, {.rate_hz = 10000.0}, 0.003}, 20260505);
 }
 TEST_F(LearnClockStudy, FiveHundredHertz) {
-  expect_a_clock(clock_study("500 Hz", 10, 1, {.rate_hz = 500.0}, 20260506), 0.0015);
+  study_clock({"500 Hz", 10, 1, {.rate_hz = 500.0}, 0.004}, 20260506);
 }
 
 }  // namespace

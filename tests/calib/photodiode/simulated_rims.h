@@ -8,14 +8,17 @@
 
 namespace vildar::simulated {
 
-/// What the site file does not say, or says wrongly.
+/// What the site file does not say, or says wrongly, and how photodiodes see.
 struct RimWorld {
   double time_offset_s = 0.0;            ///< clip time less photodiode time
   std::vector<double> rim_off_rad{0.0};  ///< of each photodiode, more than the file says
-  double rim_width_rad = 0.0;            ///< over which light goes; 0: at once
-  double offset_std_s = 0.02;            ///< that the file states
+  double rim_width_rad = 0.0;            ///< of the logistic by which light goes; 0: at once
+  double half_view_rad = radians_from_degrees(65.0);
+  double offset_std_s = 0.02;  ///< that the file states
   double rate_hz = 1000.0;
-  bool one_lamp = false;  ///< all light comes from the vehicle's middle
+  double jitter = 0.0;       ///< of stamps, of a period: uniform, this wide
+  double unseen_mps2 = 0.0;  ///< std of what the acceleration changes by when the camera is passed
+  bool one_lamp = false;     ///< all light comes from the vehicle's middle
 };
 
 /// Passes that point into `traces`.
@@ -42,23 +45,60 @@ inline double seen_share(const Eigen::Vector3d& apart_m, const Eigen::Vector3d& 
   return sum / kParts;
 }
 
-/// Vehicles of 8 to 33 m/s before a mast of 4 m with a photodiode for each rim, 2 m apart along the
-/// road, which see 65 degrees about an axis 10 degrees to the lane's side; lamps whose light falls
-/// off sideways as headlamps' does, by more or less; 40 dB at 60 m.
-inline TimedPasses timed_passes(int count, const RimWorld& world, std::uint64_t seed) {
-  Random random(seed);
-  TimedPasses scene;
-  scene.site = mast_site(4.0);
-  scene.site.photodiodes.resize(world.rim_off_rad.size());
+inline Eigen::Vector3d looks_along(const PhotodiodeSite& photodiode) {
+  const double level = std::cos(photodiode.pitch_rad);
+  return {level * std::cos(photodiode.yaw_rad), level * std::sin(photodiode.yaw_rad),
+          std::sin(photodiode.pitch_rad)};
+}
+
+inline Eigen::Vector3d stands_at_m(const PhotodiodeSite& photodiode) {
+  return {photodiode.position_m[0].mean, photodiode.position_m[1].mean,
+          photodiode.position_m[2].mean};
+}
+
+/// Light of a vehicle whose lamps fall off by so many nat per rad^2 of azimuth.
+inline double rim_light(const Vehicle& vehicle, double fall_off, const RoadSite& road,
+                        const PhotodiodeSite& photodiode, double rim_off_rad, const RimWorld& world,
+                        double t_s) {
+  const Lamps lamps = lamps_at(vehicle, road, t_s);
+  const Eigen::Vector3d axis = looks_along(photodiode);
+  double sum = 0.0;
+  for (const Eigen::Vector3d& lamp_m : {lamps.left_m, lamps.right_m}) {
+    const Eigen::Vector3d apart_m =
+        (world.one_lamp ? lamps.middle_m : lamp_m) - stands_at_m(photodiode);
+    if (apart_m.x() <= 0.0) continue;
+    const double azimuth_rad = std::atan2(apart_m.y(), apart_m.x());
+    sum += std::exp(-fall_off * azimuth_rad * azimuth_rad) *
+           std::max(0.0, apart_m.normalized().dot(axis)) / apart_m.squaredNorm() *
+           seen_share(apart_m, axis, photodiode.half_field_of_view_rad + rim_off_rad,
+                      world.rim_width_rad);
+  }
+  return sum;
+}
+
+/// A photodiode for each rim, 2 m apart along the road from a mast of 4 m on, about an axis 10
+/// degrees to the lane's side.
+inline Site rim_site(const RimWorld& world) {
+  Site site = mast_site(4.0);
+  site.photodiodes.resize(world.rim_off_rad.size());
   for (std::size_t k = 0; k < world.rim_off_rad.size(); ++k) {
-    PhotodiodeSite& photodiode = scene.site.photodiodes[k];
-    photodiode.position_m = scene.site.camera->position_m;
+    PhotodiodeSite& photodiode = site.photodiodes[k];
+    photodiode.position_m = site.camera->position_m;
     photodiode.position_m[0].mean += 2.0 * static_cast<double>(k);
     photodiode.yaw_rad = radians_from_degrees(-10.0);
     photodiode.pitch_rad = radians_from_degrees(-6.0);
-    photodiode.half_field_of_view_rad = radians_from_degrees(65.0);
+    photodiode.half_field_of_view_rad = world.half_view_rad;
     photodiode.time_offset_s = {0.0, world.offset_std_s};
   }
+  return site;
+}
+
+/// Vehicles of 8 to 33 m/s that the camera sees from 60 to 10 m; lamps whose light falls off
+/// sideways by more or less; 40 dB at 60 m.
+inline TimedPasses timed_passes(int count, const RimWorld& world, std::uint64_t seed) {
+  Random random(seed);
+  TimedPasses scene;
+  scene.site = rim_site(world);
   scene.traces.resize(static_cast<std::size_t>(count));
   for (std::vector<PowerTrace>& traces : scene.traces) {
     Vehicle vehicle;
@@ -67,43 +107,29 @@ inline TimedPasses timed_passes(int count, const RimWorld& world, std::uint64_t 
     vehicle.lateral_m = random.normal(-4.0, 0.3);
     vehicle.height_m = random.normal(0.65, 0.1);
     vehicle.separation_m = random.normal(1.2, 0.15);
-    const double fall_off = random.uniform(0.5, 3.0);  // nat per rad^2
+    const View view{.to_s = 50.0 / vehicle.speed_mps};
+    vehicle.changes.push_back({view.to_s, world.unseen_mps2 * random.normal()});
+    const double fall_off = random.uniform(0.5, 3.0);
     for (std::size_t k = 0; k < world.rim_off_rad.size(); ++k) {
-      const PhotodiodeSite& photodiode = scene.site.photodiodes[k];
-      const Eigen::Vector3d receiver_m(photodiode.position_m[0].mean, photodiode.position_m[1].mean,
-                                       photodiode.position_m[2].mean);
-      const Eigen::Vector3d axis(std::cos(photodiode.pitch_rad) * std::cos(photodiode.yaw_rad),
-                                 std::cos(photodiode.pitch_rad) * std::sin(photodiode.yaw_rad),
-                                 std::sin(photodiode.pitch_rad));
       const auto light = [&](double t_s) {
-        const Lamps lamps = lamps_at(vehicle, scene.site.road, t_s);
-        double sum = 0.0;
-        for (const Eigen::Vector3d& lamp_m : {lamps.left_m, lamps.right_m}) {
-          const Eigen::Vector3d apart_m = (world.one_lamp ? lamps.middle_m : lamp_m) - receiver_m;
-          if (apart_m.x() <= 0.0) continue;
-          const double azimuth_rad = std::atan2(apart_m.y(), apart_m.x());
-          sum += std::exp(-fall_off * azimuth_rad * azimuth_rad) *
-                 std::max(0.0, apart_m.normalized().dot(axis)) / apart_m.squaredNorm() *
-                 seen_share(apart_m, axis, photodiode.half_field_of_view_rad + world.rim_off_rad[k],
-                            world.rim_width_rad);
-        }
-        return sum;
+        return rim_light(vehicle, fall_off, scene.site.road, scene.site.photodiodes[k],
+                         world.rim_off_rad[k], world, t_s);
       };
-      const double first = light(0.0);
       PowerTrace& trace = traces.emplace_back();
       trace.photodiode = static_cast<int>(k);
       trace.sample_period_s = 1.0 / world.rate_hz;
-      trace.noise_sigma_w = 0.01 * first;
-      trace.ambient_w = 0.5 * first;
+      trace.noise_sigma_w = 0.01 * light(0.0);
+      trace.ambient_w = 0.5 * light(0.0);
       const double past_s = 66.0 / vehicle.speed_mps + 1.5;
-      for (double t_s = 0.0; t_s < past_s && vehicle.along_at_m(t_s) > -6.0;
-           t_s += trace.sample_period_s) {
+      for (double even_s = 0.0; even_s < past_s && vehicle.along_at_m(even_s) > -6.0;
+           even_s += trace.sample_period_s) {
+        const double t_s =
+            even_s + world.jitter * trace.sample_period_s * random.uniform(-0.5, 0.5);
         trace.time_s.push_back(t_s - world.time_offset_s);
         trace.power_w.push_back(static_cast<float>(light(t_s) + trace.ambient_w +
                                                    trace.noise_sigma_w * random.normal()));
       }
     }
-    const View view{.to_s = 50.0 / vehicle.speed_mps};
     std::vector<std::string> warnings;
     auto fitted = fit_trajectories(track_of(vehicle, scene.site, view, random),
                                    Camera(*scene.site.camera), scene.site, warnings);
