@@ -133,7 +133,7 @@ Learning learn(std::list<LitRun>& runs, const Site& site, const fs::path& site_f
   if (const Miss* miss = std::get_if<Miss>(&clock); miss && *miss == Miss::outside_model)
     std::cerr << "warning: " << site_file.string()
               << ": photodiodes differ in time_offset_s, which is one for all that share a trace "
-                 "file; it is not learned\n";
+                 "file; it is not learned, so write one for all\n";
   const Site& timed_site = learning.clock ? learning.clock->site : site;
   auto gains = learn_gains(lit_passes(runs, timed_site), timed_site);
   if (auto* found = std::get_if<GainLearning>(&gains)) learning.gains = std::move(*found);

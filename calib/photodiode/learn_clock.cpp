@@ -166,7 +166,7 @@ std::vector<Population> populations_of(double prior_std_s, std::size_t photodiod
 }
 
 struct Found {
-  int passes = 0, strangers = 0;
+  int passes = 0;
   Learned learned;
   double spread_s = 0.0;
 };
@@ -174,7 +174,8 @@ struct Found {
 // Nothing where too few passes tell of it.
 std::optional<Found> learn_offset(std::vector<LinearPass> told, double prior_std_s,
                                   std::size_t photodiodes) {
-  for (Found found;; ++found.strangers) {
+  for (;;) {
+    Found found;
     found.passes = static_cast<int>(told.size());
     if (found.passes < kFewestClockPasses) return std::nullopt;
     std::vector<Population> populations = populations_of(prior_std_s, photodiodes);

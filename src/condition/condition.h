@@ -27,8 +27,8 @@ namespace vildar {
 /// and 120 Hz flicker), or the floor that light of a vehicle falls to; `ambient_sigma_w` covers the
 /// light of vehicles that may be near throughout, and of one that is seen to come later. Throws
 /// InputError, naming the id or the site key, where a channel matches no photodiode or a factor
-/// that turns its quantity into watts is missing. A recording moved in is cleaned where it lies,
-/// which spares half of the time.
+/// that turns its quantity into watts is missing. A recording moved in is cleaned where it lies:
+/// to copy it takes longer than all the rest.
 std::vector<PowerTrace> condition(PhotodiodeRecording recording, const Site& site);
 
 /// Means over consecutive blocks of `block_s` from `from_s` up to `to_s`, photodiode clock. A block

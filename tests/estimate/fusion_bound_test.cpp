@@ -3,10 +3,13 @@
 
 #include <array>
 #include <cmath>
+#include <cstdio>
 
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
+
 #include <Eigen/Cholesky>
+#include "core/quantity.h"
 
 namespace vildar {
 namespace {
@@ -90,7 +93,7 @@ class Bound {
                       values_[kFall] * atan2(values_[kBelow], sqrt(along * along + aside * aside));
       for (int k = 0; k < 6; ++k)
         log_light +=
-            values_[static_cast<std::size_t>(kWaves + k)] * cos((k + 1) * M_PI / 0.45 * azimuth);
+            values_[static_cast<std::size_t>(kWaves + k)] * cos((k + 1) * kPi / 0.45 * azimuth);
       sum += 500.0 * exp(log_light) * along / (distance2 * sqrt(distance2));
     }
     return sum + values_[kAmbient];
