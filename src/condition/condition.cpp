@@ -75,16 +75,14 @@ std::vector<PowerTrace> condition(PhotodiodeRecording recording, const Site& sit
     trace.rejected = std::move(clean.rejected);
     if (unit_w != 1.0)
       for (float& power_w : trace.power_w) power_w = static_cast<float>(power_w * unit_w);
-    set_levels(trace);
+    set_noise(trace);
     if (const std::int64_t negative = drop_negative(trace); negative > 0) {
       trace.rejected["negative"] = negative;
-      set_levels(trace);
+      set_noise(trace);
     }
-    if (remove_flicker(trace, site.mains_hz); trace.flicker_w > 0.0) {
-      // What the converter's steps hid stays hidden, though a wave now lies over them.
-      const bool hidden = trace.rounding_sigma_w > 0.0;
-      hidden ? set_ambient(trace) : set_levels(trace);
-    }
+    const bool hidden = trace.rounding_sigma_w > 0.0;  // and stays so, though a wave lies over it
+    if (remove_flicker(trace, site.mains_hz); trace.flicker_w > 0.0 && !hidden) set_noise(trace);
+    set_ambient(trace);
     remove_drift(trace);
     traces.push_back(std::move(trace));
   }

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <set>
 #include <span>
+#include <utility>
 
 #include "condition/line_blocks.h"
 #include "condition/noise.h"
@@ -21,10 +23,14 @@ constexpr std::size_t kFewest = 20;    // blocks
 constexpr double kMostOff_hz = 0.3;    // of the mains
 constexpr double kMostStretches = 10.0;
 
+/// Of a number that is neither huge nor tiny; that of the library looks out for both.
+double magnitude(const Complex& number) { return std::sqrt(std::norm(number)); }
+
 double median_magnitude(std::span<const Complex> amplitudes) {
   std::vector<double> magnitudes;
+  magnitudes.reserve(amplitudes.size());
   for (const Complex& amplitude : amplitudes)
-    if (amplitude != 0.0) magnitudes.push_back(std::abs(amplitude));
+    if (amplitude != 0.0) magnitudes.push_back(magnitude(amplitude));
   return magnitudes.empty() ? 0.0 : median_of(magnitudes);
 }
 
@@ -32,7 +38,7 @@ double median_magnitude(std::span<const Complex> amplitudes) {
 /// flicker does.
 void tame(std::span<Complex> amplitudes, double most) {
   for (Complex& amplitude : amplitudes)
-    if (std::abs(amplitude) > most) amplitude *= most / std::abs(amplitude);
+    if (const double size = magnitude(amplitude); size > most) amplitude *= most / size;
 }
 constexpr double kMostMedians = 1.5;
 
@@ -46,16 +52,16 @@ Complex product(const Complex& one, const Complex& other) {
 /// them.
 class Stretch {
  public:
-  Stretch(const LineBlocks& lines, double frequency_hz, std::span<const double> others_hz,
-          std::size_t first, std::size_t last)
-      : amplitudes_(lines.amplitudes(frequency_hz, others_hz, first, last)) {
+  Stretch(LineFilter& filter, std::size_t first, std::size_t last)
+      : amplitudes_(filter.amplitudes(first, last)) {
+    const std::vector<LineBlock>& blocks = filter.lines().blocks();
     tame(amplitudes_, kMostMedians * median_magnitude(amplitudes_));
     constexpr double kLongest_s = 20.0;  // the clock may also have been set meanwhile
     for (std::size_t j = first; j < last; ++j) {
-      const double time_s = lines.blocks()[j].time_s - lines.blocks()[first].time_s;
+      const double time_s = blocks[j].time_s - blocks[first].time_s;
       if (time_s > kLongest_s) break;
       times_s_.push_back(time_s);
-      amplitudes_[j - first] *= std::polar(1.0, -2.0 * kPi * frequency_hz * time_s);
+      amplitudes_[j - first] *= std::polar(1.0, -2.0 * kPi * filter.frequency_hz() * time_s);
     }
   }
 
@@ -67,21 +73,26 @@ class Stretch {
     return std::norm(sum);
   }
 
-  /// The same at `count` frequencies, `step_hz` apart.
-  std::vector<double> powers(double first_off_hz, double step_hz, std::size_t count) const {
-    std::vector<Complex> turned, step;
-    for (std::size_t j = 0; j < times_s_.size(); ++j) {
-      turned.push_back(amplitudes_[j] * std::polar(1.0, -2.0 * kPi * first_off_hz * times_s_[j]));
-      step.push_back(std::polar(1.0, -2.0 * kPi * step_hz * times_s_[j]));
+  /// The same at `count` frequencies, `step_hz` apart, from `first_off_hz` on to either side.
+  struct Powers {
+    std::vector<double> higher, lower;
+  };
+  Powers powers(double first_off_hz, double step_hz, std::size_t count) const {
+    std::vector<Complex> phase, step;
+    for (const double time_s : times_s_) {
+      phase.push_back(std::polar(1.0, -2.0 * kPi * first_off_hz * time_s));
+      step.push_back(std::polar(1.0, -2.0 * kPi * step_hz * time_s));
     }
-    std::vector<double> found;
+    Powers found;
     for (std::size_t k = 0; k < count; ++k) {
-      Complex sum = 0.0;
-      for (std::size_t j = 0; j < turned.size(); ++j) {
-        sum += turned[j];
-        turned[j] = product(turned[j], step[j]);
+      Complex higher = 0.0, lower = 0.0;
+      for (std::size_t j = 0; j < phase.size(); ++j) {
+        higher += product(amplitudes_[j], phase[j]);
+        lower += product(amplitudes_[j], std::conj(phase[j]));
+        phase[j] = product(phase[j], step[j]);
       }
-      found.push_back(std::norm(sum));
+      found.higher.push_back(std::norm(higher));
+      found.lower.push_back(std::norm(lower));
     }
     return found;
   }
@@ -103,18 +114,21 @@ struct Peak {
 Peak find_peak(const Stretch& stretch, double reach_hz) {
   constexpr double kFloorFrom_hz = 1.5, kFloorStep_hz = 0.25;
   constexpr std::size_t kFloors = 12;
+  auto [floor, floor_below] = stretch.powers(kFloorFrom_hz, kFloorStep_hz, kFloors);
+  floor.insert(floor.end(), floor_below.begin(), floor_below.end());
   const double step_hz = 0.25 / stretch.length_s();
-  std::vector<double> floor = stretch.powers(kFloorFrom_hz, kFloorStep_hz, kFloors);
-  const std::vector<double> below_it = stretch.powers(-kFloorFrom_hz, -kFloorStep_hz, kFloors);
-  floor.insert(floor.end(), below_it.begin(), below_it.end());
-  const auto steps = static_cast<std::size_t>(2.0 * reach_hz / step_hz) + 1;
-  const std::vector<double> powers = stretch.powers(-reach_hz, step_hz, steps);
-  const auto highest = std::ranges::max_element(powers);
-  Peak peak{.off_hz = static_cast<double>(highest - powers.begin()) * step_hz - reach_hz,
-            .power = *highest};
+  const auto steps = static_cast<std::ptrdiff_t>(reach_hz / step_hz);
+  const auto sides = stretch.powers(0.0, step_hz, static_cast<std::size_t>(steps) + 2);
+  const auto power_at = [&](std::ptrdiff_t k) {
+    return k < 0 ? sides.lower[static_cast<std::size_t>(-k)]
+                 : sides.higher[static_cast<std::size_t>(k)];
+  };
+  std::ptrdiff_t highest = -steps;
+  for (std::ptrdiff_t k = -steps; k <= steps; ++k)
+    if (power_at(k) > power_at(highest)) highest = k;
+  Peak peak{.off_hz = static_cast<double>(highest) * step_hz, .power = power_at(highest)};
   // A parabola through the top.
-  const double below = stretch.power(peak.off_hz - step_hz);
-  const double above = stretch.power(peak.off_hz + step_hz);
+  const double below = power_at(highest - 1), above = power_at(highest + 1);
   const double bend = below - 2.0 * peak.power + above;
   if (bend < 0.0) peak.off_hz += std::clamp(0.5 * (below - above) / bend, -1.0, 1.0) * step_hz;
   const double median = median_of(floor);
@@ -146,22 +160,25 @@ bool is_bend(const LineBlocks& lines, double frequency_hz, const Peak& peak, std
   constexpr double kOver = 4.0;
   double least = peak.power;
   for (const double side : {-1.0, 1.0})
-    if (const double beside_hz = frequency_hz + side / kLineBlock_s; lines.visible(beside_hz))
-      least = std::min(least, Stretch(lines, beside_hz, {}, first, last).power(peak.off_hz));
-    else
+    if (const double beside_hz = frequency_hz + side / kLineBlock_s; lines.visible(beside_hz)) {
+      LineFilter beside(lines, beside_hz, {});
+      least = std::min(least, Stretch(beside, first, last).power(peak.off_hz));
+    } else {
       least = 0.0;
+    }
   return kOver * least > peak.power;
 }
 
-Line look_for(const LineBlocks& lines, double frequency_hz, std::span<const double> others_hz,
+Line look_for(const LineBlocks& lines, double frequency_hz, std::vector<double> others_hz,
               double reach_hz) {
   constexpr double kClear = 30.0;  // noise alone: one in ten million
   Line line;
   if (!lines.visible(frequency_hz)) return line;
+  LineFilter filter(lines, frequency_hz, std::move(others_hz));
   std::vector<double> offs_hz;
   for (const std::size_t first : stretches_of(lines.blocks().size())) {
     const std::size_t last = std::min(first + kStretch, lines.blocks().size());
-    const Stretch stretch(lines, frequency_hz, others_hz, first, last);
+    const Stretch stretch(filter, first, last);
     if (stretch.blocks() < kFewest) continue;
     const Peak peak = find_peak(stretch, reach_hz);
     if (peak.over_floor < kClear || is_bend(lines, frequency_hz, peak, first, last)) continue;
@@ -189,10 +206,11 @@ Mains look_for_mains(const LineBlocks& lines, double nominal_hz) {
 /// Amplitudes of all blocks averaged over half a second to either side, each side turned by how far
 /// the frequency is off there.
 std::vector<Complex> followed(const LineBlocks& lines, double frequency_hz,
-                              std::span<const double> others_hz) {
+                              std::vector<double> others_hz) {
   constexpr std::size_t kReach = 5, kTamed = 30;
   const std::size_t n = lines.blocks().size();
-  std::vector<Complex> found = lines.amplitudes(frequency_hz, others_hz, 0, n);
+  std::vector<Complex> found =
+      LineFilter(lines, frequency_hz, std::move(others_hz)).amplitudes(0, n);
   const auto stretch = [&](std::size_t index) {
     const std::size_t first = index * kTamed;
     return std::span(found).subspan(first, std::min(kTamed, n - first));
@@ -218,7 +236,7 @@ std::vector<Complex> followed(const LineBlocks& lines, double frequency_hz,
   for (std::size_t j = 0; j < n; ++j) {
     while (end < std::min(n, j + kTamed)) step_sum += step[end++];
     while (begin + kTamed < j) step_sum -= step[begin++];
-    const double size = std::abs(step_sum);
+    const double size = magnitude(step_sum);
     const Complex back = size > 0.0 ? std::conj(step_sum) / size : 1.0;
     Complex sum = found[j], later = 1.0;
     double count = found[j] == 0.0 ? 0.0 : 1.0;
@@ -251,7 +269,7 @@ void remove_flicker(PowerTrace& trace, double mains_hz) {
   if (lines.blocks().size() < kFewest || !lines.visible(2.0 * mains_hz)) return;
   // A strong flicker that is a little off shows in the other's place too: the stronger one is it.
   Mains mains;
-  for (const double nominal_hz : {mains_hz, 50.0, 60.0}) {
+  for (const double nominal_hz : std::set{mains_hz, 50.0, 60.0}) {
     const Mains found = look_for_mains(lines, nominal_hz);
     if (found.power > mains.power) mains = found;
   }

@@ -12,7 +12,7 @@ namespace vildar {
 /// The strength may change within about a second; a vehicle's light is no flicker. Stay as they
 /// are: a trace under 2 s, flicker that the converter's steps hide, any frequency that at this rate
 /// is sampled like slow light (within 15 Hz of a multiple of half the rate), and all where that is
-/// so of twice `mains_hz`. `sample_period_s` must be set, and what set_levels tells of noise.
+/// so of twice `mains_hz`. `sample_period_s` must be set, and what set_noise tells of noise.
 /// Samples must be those of an instant or of a mean over a fixed time.
 void remove_flicker(PowerTrace& trace, double mains_hz);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include <Eigen/Dense>
 
@@ -15,34 +16,6 @@ namespace {
 constexpr double kApart_hz = 15.0;
 
 using Complex = std::complex<double>;
-
-/// What a block's samples are multiplied with and summed to give the amplitude at one frequency.
-struct Kernel {
-  std::vector<double> re, im;
-};
-
-/// `after_s` are the samples' times after the middle of their block.
-Kernel kernel_of(const Eigen::VectorXd& after_s, double frequency_hz,
-                 std::span<const double> others_hz) {
-  const Eigen::Index n = after_s.size();
-  Eigen::MatrixXd model(n, 4 + 2 * static_cast<Eigen::Index>(others_hz.size()));
-  Eigen::Index column = 0;
-  const auto add = [&](double added_hz) {
-    model.col(column++) = (2.0 * kPi * added_hz * after_s).array().cos();
-    model.col(column++) = -(2.0 * kPi * added_hz * after_s).array().sin();
-  };
-  add(frequency_hz);
-  for (const double other_hz : others_hz) add(other_hz);
-  model.col(column++).setOnes();
-  model.col(column++) = after_s / kLineBlock_s;
-  const Eigen::MatrixXd normal = model.transpose() * model;
-  const Eigen::MatrixXd rows = model * normal.ldlt().solve(Eigen::MatrixXd::Identity(column, 2));
-  Kernel kernel{std::vector<double>(static_cast<std::size_t>(n)), {}};
-  kernel.im = kernel.re;
-  Eigen::Map<Eigen::VectorXd>(kernel.re.data(), n) = rows.col(0);
-  Eigen::Map<Eigen::VectorXd>(kernel.im.data(), n) = rows.col(1);
-  return kernel;
-}
 
 Eigen::VectorXd even_times_s(std::size_t samples, double step_s) {
   const double half = 0.5 * static_cast<double>(samples - 1);
@@ -110,34 +83,6 @@ bool LineBlocks::distinct(double one_hz, double other_hz) const {
          sampled_as_hz(one_hz + other_hz, sample_rate_hz()) >= kApart_hz;
 }
 
-std::vector<Complex> LineBlocks::amplitudes(double frequency_hz, std::span<const double> others_hz,
-                                            std::size_t first, std::size_t last) const {
-  std::map<std::size_t, Kernel> even;  // by number of samples
-  Kernel uneven;
-  std::vector<Complex> found(last - first);
-  for (std::size_t j = first; j < last; ++j) {
-    const LineBlock& block = blocks_[j];
-    if (!block.whole) continue;
-    const std::size_t n = block.last - block.first;
-    const Kernel* kernel = &uneven;
-    if (block.even) {
-      auto known = even.find(n);
-      if (known == even.end())
-        known = even.emplace(n, kernel_of(even_times_s(n, step_s_), frequency_hz, others_hz)).first;
-      kernel = &known->second;
-    } else {
-      uneven = kernel_of(own_times_s(trace_, block), frequency_hz, others_hz);
-    }
-    const float* light_w = trace_.power_w.data() + block.first;
-    const Eigen::VectorXd light =
-        Eigen::Map<const Eigen::VectorXf>(light_w, static_cast<Eigen::Index>(n)).cast<double>();
-    const Eigen::Map<const Eigen::VectorXd> re(kernel->re.data(), light.size());
-    const Eigen::Map<const Eigen::VectorXd> im(kernel->im.data(), light.size());
-    found[j - first] = {re.dot(light), im.dot(light)};
-  }
-  return found;
-}
-
 void LineBlocks::subtract(double frequency_hz, const std::vector<Complex>& amplitudes,
                           PowerTrace& trace) const {
   const double omega = 2.0 * kPi * frequency_hz;
@@ -150,6 +95,7 @@ void LineBlocks::subtract(double frequency_hz, const std::vector<Complex>& ampli
     return waves;
   };
   Eigen::ArrayX3f uneven;
+  Complex to_after = 1.0;
   for (std::size_t j = 0; j < blocks_.size(); ++j) {
     const LineBlock& block = blocks_[j];
     const std::size_t n = block.last - block.first;
@@ -162,14 +108,14 @@ void LineBlocks::subtract(double frequency_hz, const std::vector<Complex>& ampli
       uneven = waves_of(own_times_s(trace, block));
     }
     // In this block's phase, what the neighbours have; their slope across one block.
-    const auto seen_from_here = [&](std::size_t other) {
-      return amplitudes[other] * std::polar(1.0, -omega * (blocks_[other].time_s - block.time_s));
-    };
     const std::size_t before = j > 0 ? j - 1 : j, after = j + 1 < blocks_.size() ? j + 1 : j;
     const double apart_s = blocks_[after].time_s - blocks_[before].time_s;
+    const Complex from_before = to_after;  // how far a wave turns from there to here
+    to_after = std::polar(1.0, omega * (blocks_[after].time_s - block.time_s));
     Complex slope = 0.0;
     if (apart_s > 0.0 && apart_s < 3.0 * kLineBlock_s)
-      slope = (seen_from_here(after) - seen_from_here(before)) * (kLineBlock_s / apart_s);
+      slope = (amplitudes[after] * std::conj(to_after) - amplitudes[before] * from_before) *
+              (kLineBlock_s / apart_s);
     const auto re = static_cast<float>(amplitudes[j].real());
     const auto im = static_cast<float>(amplitudes[j].imag());
     const auto re_slope = static_cast<float>(slope.real());
@@ -178,6 +124,51 @@ void LineBlocks::subtract(double frequency_hz, const std::vector<Complex>& ampli
     Eigen::Map<Eigen::ArrayXf>(trace.power_w.data() + block.first, static_cast<Eigen::Index>(n)) -=
         (re + re_slope * u) * waves->col(1) - (im + im_slope * u) * waves->col(2);
   }
+}
+
+LineFilter::LineFilter(const LineBlocks& lines, double frequency_hz, std::vector<double> others_hz)
+    : lines_(lines), frequency_hz_(frequency_hz), others_hz_(std::move(others_hz)) {}
+
+/// `after_s` are the samples' times after the middle of their block.
+LineFilter::Kernel LineFilter::kernel_of(const Eigen::VectorXd& after_s) const {
+  Eigen::MatrixXd model(after_s.size(), 4 + 2 * static_cast<Eigen::Index>(others_hz_.size()));
+  Eigen::Index column = 0;
+  const auto add = [&](double added_hz) {
+    model.col(column++) = (2.0 * kPi * added_hz * after_s).array().cos();
+    model.col(column++) = -(2.0 * kPi * added_hz * after_s).array().sin();
+  };
+  add(frequency_hz_);
+  for (const double other_hz : others_hz_) add(other_hz);
+  model.col(column++).setOnes();
+  model.col(column++) = after_s / kLineBlock_s;
+  const Eigen::MatrixXd normal = model.transpose() * model;
+  const Eigen::MatrixXd rows = model * normal.ldlt().solve(Eigen::MatrixXd::Identity(column, 2));
+  return {rows.col(0), rows.col(1)};
+}
+
+std::vector<Complex> LineFilter::amplitudes(std::size_t first, std::size_t last) {
+  const PowerTrace& trace = lines_.trace();
+  Kernel uneven;
+  Eigen::VectorXd light;
+  std::vector<Complex> found(last - first);
+  for (std::size_t j = first; j < last; ++j) {
+    const LineBlock& block = lines_.blocks()[j];
+    if (!block.whole) continue;
+    const std::size_t n = block.last - block.first;
+    const Kernel* kernel = &uneven;
+    if (block.even) {
+      auto known = even_.find(n);
+      if (known == even_.end())
+        known = even_.emplace(n, kernel_of(even_times_s(n, 1.0 / lines_.sample_rate_hz()))).first;
+      kernel = &known->second;
+    } else {
+      uneven = kernel_of(own_times_s(trace, block));
+    }
+    const float* light_w = trace.power_w.data() + block.first;
+    light = Eigen::Map<const Eigen::VectorXf>(light_w, static_cast<Eigen::Index>(n)).cast<double>();
+    found[j - first] = {kernel->re.dot(light), kernel->im.dot(light)};
+  }
+  return found;
 }
 
 }  // namespace vildar

@@ -35,7 +35,8 @@ PowerTrace trace_of(double duration_s, const std::vector<Light>& lights, std::ui
     trace.time_s.push_back(time_s);
     trace.power_w.push_back(static_cast<float>(power_w));
   }
-  set_levels(trace);
+  set_noise(trace);
+  set_ambient(trace);
   return trace;
 }
 

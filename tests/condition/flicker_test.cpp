@@ -41,7 +41,7 @@ PowerTrace trace_of(const Scene& scene, Random& random) {
     trace.time_s.push_back(time_s);
     trace.power_w.push_back(static_cast<float>(light_w + random.normal(0.0, kSigma_w)));
   }
-  set_levels(trace);
+  set_noise(trace);
   return trace;
 }
 
@@ -66,7 +66,7 @@ TEST(RemoveFlicker, LightWithoutNoiseHasNone) {
         trace.power_w.push_back(
             static_cast<float>(step_w > 0.0 ? std::round(light_w / step_w) * step_w : light_w));
       }
-      set_levels(trace);
+      set_noise(trace);
       const std::vector<float> before_w = trace.power_w;
       remove_flicker(trace, 50.0);
       EXPECT_EQ(trace.flicker_w, 0.0) << rate_hz << " Hz, " << step_w << " W";
@@ -97,7 +97,7 @@ TEST(RemoveFlicker, PassesAreFoundUnderIt) {
   for (const double mains_hz : {49.85, 60.1}) {
     PowerTrace trace = trace_of({.mains_hz = mains_hz, .multiple_w = 0.1, .hum_w = 0.05}, random);
     remove_flicker(trace, 50.0);  // a wrong or missing mains_hz is found out
-    set_levels(trace);
+    set_noise(trace);
     EXPECT_NEAR(trace.mains_hz, mains_hz, 0.01);
     EXPECT_NEAR(trace.noise_sigma_w, kSigma_w, 0.15 * kSigma_w);
     const std::vector<PowerPass> passes = find_passes(trace);

@@ -23,7 +23,7 @@ PowerTrace trace_of(double level_w, double flicker_w) {
     trace.time_s.push_back(time_s);
     trace.power_w.push_back(static_cast<float>(light_w));
   }
-  set_levels(trace);
+  set_noise(trace);
   return trace;
 }
 
@@ -44,7 +44,7 @@ TEST(DropNegative, SamplesThatNoLightGivesGo) {
   for (const double flicker_w : {0.0, 5 * kSigma_w}) {
     PowerTrace trace = trace_of(50 * kSigma_w, flicker_w);
     for (std::size_t i = 100; i < 400; ++i) trace.power_w[i] *= -1.0F;
-    set_levels(trace);
+    set_noise(trace);
     EXPECT_EQ(drop_negative(trace), 300) << flicker_w;
     EXPECT_EQ(trace.time_s.size(), 9'700U);
     EXPECT_NEAR(trace.time_s[100], 0.4, 1e-12);

@@ -23,7 +23,8 @@ PowerTrace trace_of(double rate_hz, double duration_s,
     trace.time_s.push_back(k / rate_hz);
     trace.power_w.push_back(static_cast<float>(power_w(k / rate_hz)));
   }
-  set_levels(trace);
+  set_noise(trace);
+  set_ambient(trace);
   return trace;
 }
 

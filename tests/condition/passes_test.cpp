@@ -37,7 +37,8 @@ PowerTrace trace_of(const Scene& scene, Random& random,
     trace.power_w.push_back(
         static_cast<float>(light_w(scene, time_s) + random.normal(0.0, kSigma_w)));
   }
-  set_levels(trace);
+  set_noise(trace);
+  set_ambient(trace);
   return trace;
 }
 
@@ -140,7 +141,8 @@ TEST(FindPasses, DoNotOverlapWhereStampsAreUneven) {
   for (int trial = 0; trial < 50; ++trial) {
     PowerTrace trace = trace_of({.rate_hz = 100.0, .vehicles_s = {6.0, 6.8}}, random);
     for (double& time_s : trace.time_s) time_s += random.uniform(-0.0045, 0.0045);
-    set_levels(trace);
+    set_noise(trace);
+    set_ambient(trace);
     const std::vector<PowerPass> passes = find_passes(trace);
     ASSERT_EQ(passes.size(), 2U) << trial;
     EXPECT_LE(passes[0].from_s, passes[0].to_s);
