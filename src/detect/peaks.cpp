@@ -20,6 +20,8 @@ constexpr double kNeckShare = 0.7;
 constexpr double kNeckShareOfRest = 0.95;
 /// Pixels of one bright area that are looked at.
 constexpr int kMostPixels = 1000;
+/// The same where its greatest code fills more than that: a larger flat area is no lamp.
+constexpr int kMostFlatPixels = 16000;
 
 /// Sum of an area's codes above the threshold, in sigmas of that sum, that no noise reaches.
 constexpr double kLeastExcessSigma = 5.0;
@@ -132,18 +134,19 @@ void PeakFinder::sort_by_height() {
   for (int node = 0; node < n; ++node) order_[place_[most - nodes_[node].height]++] = node;
 }
 
-/// The least code, from the threshold to that of the plateau, that no more than kMostPixels reach.
+/// The least code, from the threshold to that of the plateau, that no more than kMostPixels reach;
+/// where none does, the greatest that is reached, if by no more than kMostFlatPixels.
 int PeakFinder::floor_code(const LumaView& luma, std::span<const int> run_indices,
                            const std::vector<PixelRun>& runs, int threshold_code,
                            const PeakRules& rules) {
   int pixels = 0;
   for (const int index : run_indices) pixels += runs[index].u_end - runs[index].u_begin;
-  const auto too_many_reach = [&](int code) {
+  const auto more_reach = [&](int code, int most) {
     int count = 0;
     for (const int index : run_indices) {
       if (runs[index].most_code < code) continue;
       count += count_from(luma, runs[index], code);
-      if (count > kMostPixels) return true;
+      if (count > most) return true;
     }
     return false;
   };
@@ -151,9 +154,9 @@ int PeakFinder::floor_code(const LumaView& luma, std::span<const int> run_indice
   if (pixels <= kMostPixels || below >= floor) return threshold_code;
   while (floor - below > 1) {
     const int middle = std::midpoint(below, floor);
-    (too_many_reach(middle) ? below : floor) = middle;
+    (more_reach(middle, kMostPixels) ? below : floor) = middle;
   }
-  return floor;
+  return more_reach(floor, 0) || more_reach(below, kMostFlatPixels) ? floor : below;
 }
 
 void PeakFinder::load(const LumaView& luma, std::span<const int> run_indices,
@@ -283,6 +286,7 @@ void PeakFinder::add(const LumaView& luma, std::span<const int> run_indices,
   if (!is_above_noise(luma, run_indices, runs, threshold_code, rules)) return;
   const int floor = floor_code(luma, run_indices, runs, threshold_code, rules);
   load(luma, run_indices, runs, floor, rules);
+  if (nodes_.empty()) return;
   sort_by_height();
   sets_.clear();
   for (const int node : order_) grid_[nodes_[node].cell] = label_of(set_about(node, rules));

@@ -26,20 +26,27 @@ std::vector<std::uint8_t> hill(int top, double per_px) {
   return codes;
 }
 
-/// Pixels of the one light that is found in an area.
-int looked_at(const std::vector<std::uint8_t>& codes, const PeakRules& rules) {
+/// The lights found in an area of this width that fills the picture.
+std::vector<Peak> peaks_in(const std::vector<std::uint8_t>& codes, const PeakRules& rules,
+                           int width_px = kWidth) {
   LumaView luma;
   luma.data = codes.data();
-  luma.stride_bytes = luma.width_px = kWidth;
-  luma.height_px = kHeight;
+  luma.stride_bytes = luma.width_px = width_px;
+  luma.height_px = static_cast<int>(codes.size()) / width_px;
   std::vector<PixelRun> runs;
   find_runs(luma, kThreshold, runs);
   std::vector<int> all(runs.size());
   std::iota(all.begin(), all.end(), 0);
   PeakFinder finder;
   finder.add(luma, all, runs, kThreshold, rules);
-  EXPECT_EQ(finder.peaks().size(), 1u);
-  return finder.peaks().empty() ? 0 : finder.peaks().front().area_px;
+  return finder.peaks();
+}
+
+/// Pixels of the one light that is found in an area.
+int looked_at(const std::vector<std::uint8_t>& codes, const PeakRules& rules) {
+  const std::vector<Peak> peaks = peaks_in(codes, rules);
+  EXPECT_EQ(peaks.size(), 1u);
+  return peaks.empty() ? 0 : peaks.front().area_px;
 }
 
 PeakRules rules_for(const std::vector<int>& half_code) {
@@ -73,6 +80,24 @@ TEST(PeakFinder, LooksAtAllThatClips) {
       std::count_if(codes.begin(), codes.end(), [&](int one) { return one >= plateau_code; });
   ASSERT_GT(clip, kMostPixels);
   EXPECT_EQ(looked_at(codes, rules), clip);
+}
+
+TEST(PeakFinder, AFlatDiscIsOneLightHoweverLarge) {
+  const std::vector<int> half_code(256, 0);
+  for (const int flat : {60, 110}) {
+    std::vector<std::uint8_t> codes = hill(200, 4.0);
+    for (std::uint8_t& code : codes) code = std::min(code, static_cast<std::uint8_t>(flat));
+    const auto top = std::count(codes.begin(), codes.end(), flat);
+    ASSERT_GT(top, kMostPixels);
+    EXPECT_EQ(looked_at(codes, rules_for(half_code)), top) << flat;
+  }
+}
+
+TEST(PeakFinder, AFlatAreaLargerThanAnyLampIsNone) {
+  const std::vector<int> half_code(256, 0);
+  for (const std::uint8_t code : {std::uint8_t{100}, std::uint8_t{220}})
+    EXPECT_TRUE(
+        peaks_in(std::vector<std::uint8_t>(400 * 200, code), rules_for(half_code), 400).empty());
 }
 
 }  // namespace
