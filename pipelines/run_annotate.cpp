@@ -23,7 +23,7 @@ std::string label_of(const VehicleResult& vehicle) {
 
 }  // namespace
 
-void annotate_clip(const RunOptions& options, const ClipMeasurement& measurement) {
+AtomicFile annotate_clip(const RunOptions& options, const ClipMeasurement& measurement) {
   ClipSource clip(*options.clip, options.clip_options);
   Annotator annotator(options.out / "annotated.mp4", measurement.info.width_px,
                       measurement.info.height_px, measurement.info.nominal_frame_rate_hz);
@@ -55,7 +55,7 @@ void annotate_clip(const RunOptions& options, const ClipMeasurement& measurement
     annotator.add(*frame, boxes);
     progress.update(frame->index + 1);
   }
-  annotator.commit();
+  return annotator.finish();
 }
 
 }  // namespace vildar

@@ -6,6 +6,7 @@
 #include "config/site_file.h"
 #include "core/error.h"
 #include "core/text.h"
+#include "optics/ies_file.h"
 #include "pipelines/interrupt.h"
 #include "pipelines/run_annotate.h"
 #include "pipelines/run_clip.h"
@@ -23,8 +24,35 @@ Problem usage(const std::string& file, const std::string& fault, const std::stri
   return {file, 0, "", fault, remedy};
 }
 
+constexpr std::array kOutputs{"speeds.csv",  "methods.csv", "tracks.csv",   "blobs.csv",
+                              "report.html", "run.json",    "annotated.mp4"};
+
+std::vector<std::pair<std::string, fs::path>> inputs_of(const RunOptions& options,
+                                                        const Site& site) {
+  std::vector<std::pair<std::string, fs::path>> inputs{{"site", options.site}};
+  if (site.ego && !site.ego->trace_path.empty()) inputs.emplace_back("ego", site.ego->trace_path);
+  if (site.channel && site.channel->beam.ends_with(".ies"))
+    inputs.emplace_back("beam", site.channel->beam);
+  if (options.clip) inputs.emplace_back("clip", *options.clip);
+  if (options.photodiode) inputs.emplace_back("photodiode", *options.photodiode);
+  return inputs;
+}
+
+/// A run replaces or removes every file of an earlier one, and must not take an input for such.
+void check_outputs_are_no_inputs(const RunOptions& options, const Site& site,
+                                 std::vector<Problem>& problems) {
+  for (const auto& [role, input] : inputs_of(options, site))
+    for (const char* name : kOutputs)
+      if (std::error_code error; fs::equivalent(input, options.out / name, error))
+        problems.push_back(usage(input.string(),
+                                 "is the " + role + " to read, and the run would write " +
+                                     (options.out / name).string() + " in its place",
+                                 "choose another --out"));
+}
+
 void check_usage(const RunOptions& options, const Site& site) {
   std::vector<Problem> problems;
+  check_outputs_are_no_inputs(options, site, problems);
   const std::string site_file = options.site.string();
   if (!options.clip && !options.photodiode)
     problems.push_back(usage("vildar run", "neither a clip nor a photodiode trace was given",
@@ -143,6 +171,7 @@ RunOutcome run_pipeline(const RunOptions& options) {
   const InterruptScope interruptible;
   const Site site = load_site(options.site);
   check_usage(options, site);
+  if (site.channel && site.channel->beam.ends_with(".ies")) (void)read_ies(site.channel->beam);
 
   RunOutcome outcome;
   RunSummary& summary = outcome.summary;
@@ -151,14 +180,11 @@ RunOutcome run_pipeline(const RunOptions& options) {
   summary.settings_yaml = effective_site_yaml(site);
   summary.speed_limit_mps = site.road.speed_limit_mps;
   summary.options = options_in_force(options);
-  summary.inputs.push_back(describe_input("site", options.site));
-  if (site.ego && !site.ego->trace_path.empty())
-    summary.inputs.push_back(describe_input("ego", site.ego->trace_path));
-  if (site.channel && site.channel->beam.ends_with(".ies"))
-    summary.inputs.push_back(describe_input("beam", site.channel->beam));
-  if (options.clip) summary.inputs.push_back(describe_input("clip", *options.clip));
+  for (const auto& [role, file] : inputs_of(options, site))
+    if (role != "photodiode") summary.inputs.push_back(describe_input(role, file));
 
   std::vector<TrackPlot> plots;
+  std::vector<AtomicFile> files;
   if (options.clip) {
     ClipSource clip(*options.clip, options.clip_options);
     check_site_fits_clip(site, clip.info().width_px, clip.info().height_px);
@@ -170,23 +196,24 @@ RunOutcome run_pipeline(const RunOptions& options) {
         measure_clip(clip, options, site, traces, tracks, blobs ? &*blobs : nullptr);
     describe_clip(options, site, measurement, summary);
     add_passes(options, site, traces, measurement, summary);
-    if (options.annotate) annotate_clip(options, measurement);
+    if (options.annotate) files.push_back(annotate_clip(options, measurement));
     outcome.vehicles = std::move(measurement.vehicles);
     plots = std::move(measurement.plots);
-    tracks.commit();
-    if (blobs) blobs->commit();
+    files.push_back(std::move(tracks).finish());
+    if (blobs) files.push_back(std::move(*blobs).finish());
   } else {
     outcome.vehicles = measure_passes(site, read_traces(options, site, summary));
-    TracksWriter(options.out / "tracks.csv").commit();
+    files.push_back(TracksWriter(options.out / "tracks.csv").finish());
   }
 
   collect_vehicle_warnings(outcome.vehicles, summary);
-  write_speeds(options.out / "speeds.csv", outcome.vehicles);
-  write_methods(options.out / "methods.csv", outcome.vehicles);
-  write_report(options.out / "report.html", summary, outcome.vehicles, plots);
+  files.push_back(write_speeds(options.out / "speeds.csv", outcome.vehicles));
+  files.push_back(write_methods(options.out / "methods.csv", outcome.vehicles));
+  files.push_back(write_report(options.out / "report.html", summary, outcome.vehicles, plots));
+  files.push_back(write_run_json(options.out / "run.json", summary, outcome.vehicles));
   if (!options.annotate) remove_of_earlier_run(options.out / "annotated.mp4");
   if (!options.blobs) remove_of_earlier_run(options.out / "blobs.csv");
-  write_run_json(options.out / "run.json", summary, outcome.vehicles);
+  for (AtomicFile& file : files) file.commit();
   return outcome;
 }
 

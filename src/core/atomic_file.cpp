@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstring>
 #include <system_error>
+#include <utility>
 
 #include "core/error.h"
 
@@ -41,6 +42,13 @@ AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
   if (!stream_) fail(path_, "cannot be written", errno);
 }
 
+AtomicFile::AtomicFile(AtomicFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      part_path_(std::move(other.part_path_)),
+      stream_(std::move(other.stream_)),
+      finished_(other.finished_),
+      committed_(std::exchange(other.committed_, true)) {}
+
 AtomicFile::~AtomicFile() {
   if (committed_) return;
   stream_.close();
@@ -54,11 +62,16 @@ void AtomicFile::write(std::string_view text) {
   if (!stream_) fail(path_, "write failed", errno != 0 ? errno : EIO);
 }
 
-void AtomicFile::commit() {
+void AtomicFile::finish() {
   errno = 0;
   stream_.close();
   if (!stream_) fail(path_, "write failed", errno != 0 ? errno : EIO);
   flush_to_disk(part_path_);
+  finished_ = true;
+}
+
+void AtomicFile::commit() {
+  if (!finished_) finish();
   std::error_code error;
   fs::rename(part_path_, path_, error);
   if (error) fail(path_, "cannot be put in place", error.value());
@@ -66,10 +79,15 @@ void AtomicFile::commit() {
   flush_to_disk(part_path_.parent_path());
 }
 
-void write_file_atomically(const fs::path& path, std::string_view text) {
+AtomicFile finished_file(const fs::path& path, std::string_view text) {
   AtomicFile file(path);
   file.write(text);
-  file.commit();
+  file.finish();
+  return file;
+}
+
+void write_file_atomically(const fs::path& path, std::string_view text) {
+  finished_file(path, text).commit();
 }
 
 }  // namespace vildar

@@ -6,7 +6,6 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "core/atomic_file.h"
 #include "core/text.h"
 #include "sink/overlay.h"
 #include "sink/picture.h"
@@ -85,9 +84,10 @@ void Annotator::add(const Frame& frame, std::span<const AnnotationBox> boxes) {
   parts.encoder.add(parts.canvas, ticks);
 }
 
-void Annotator::commit() {
+AtomicFile Annotator::finish() {
   parts_->encoder.finish();
-  parts_->file.commit();
+  parts_->file.finish();
+  return std::move(parts_->file);
 }
 
 }  // namespace vildar

@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 
+#include "core/atomic_file.h"
 #include "types/blob.h"
 #include "types/frame.h"
 #include "types/vehicle_track.h"
@@ -46,8 +47,8 @@ class Annotator {
   /// Frames in presentation order; one whose time does not increase is shown 1/60000 s after the
   /// last. A frame of another size is scaled to fit.
   void add(const Frame& frame, std::span<const AnnotationBox> boxes);
-  /// Puts the file in place; without it nothing stands under the name.
-  void commit();
+  /// The file, finished and not yet committed; nothing may be added after it.
+  [[nodiscard]] AtomicFile finish();
 
  private:
   struct Parts;

@@ -86,7 +86,8 @@ int saturated_px(const VehicleSighting& sighting) {
 
 }  // namespace
 
-void write_speeds(const std::filesystem::path& path, std::span<const VehicleResult> vehicles) {
+AtomicFile write_speeds(const std::filesystem::path& path,
+                        std::span<const VehicleResult> vehicles) {
   AtomicFile file(path);
   file.write(kSpeedsHeader);
   CsvRow row;
@@ -114,10 +115,12 @@ void write_speeds(const std::filesystem::path& path, std::span<const VehicleResu
         .fixed(measured ? vehicle.closing_speed_mps : std::nullopt, kSpeedDigits);
     file.write(row.line());
   }
-  file.commit();
+  file.finish();
+  return file;
 }
 
-void write_methods(const std::filesystem::path& path, std::span<const VehicleResult> vehicles) {
+AtomicFile write_methods(const std::filesystem::path& path,
+                         std::span<const VehicleResult> vehicles) {
   AtomicFile file(path);
   file.write(kMethodsHeader);
   CsvRow row;
@@ -134,7 +137,8 @@ void write_methods(const std::filesystem::path& path, std::span<const VehicleRes
       file.write(row.line());
     }
   }
-  file.commit();
+  file.finish();
+  return file;
 }
 
 TracksWriter::TracksWriter(const std::filesystem::path& path) : file_(path) {
@@ -165,7 +169,10 @@ void TracksWriter::add(std::span<const TrackRow> rows) {
   }
 }
 
-void TracksWriter::commit() { file_.commit(); }
+AtomicFile TracksWriter::finish() && {
+  file_.finish();
+  return std::move(file_);
+}
 
 BlobsWriter::BlobsWriter(const std::filesystem::path& path) : file_(path) {
   file_.write(kBlobsHeader);
@@ -189,6 +196,9 @@ void BlobsWriter::add(const BlobFrame& frame) {
   }
 }
 
-void BlobsWriter::commit() { file_.commit(); }
+AtomicFile BlobsWriter::finish() && {
+  file_.finish();
+  return std::move(file_);
+}
 
 }  // namespace vildar

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "core/atomic_file.h"
 #include "sink/html.h"
 #include "sink/report_parts.h"
 #include "sink/report_style.h"
@@ -54,9 +53,9 @@ std::string report_text(const RunSummary& summary, std::span<const VehicleResult
   return html;
 }
 
-void write_report(const std::filesystem::path& path, const RunSummary& summary,
-                  std::span<const VehicleResult> vehicles, std::span<const TrackPlot> plots) {
-  write_file_atomically(path, report_text(summary, vehicles, plots));
+AtomicFile write_report(const std::filesystem::path& path, const RunSummary& summary,
+                        std::span<const VehicleResult> vehicles, std::span<const TrackPlot> plots) {
+  return finished_file(path, report_text(summary, vehicles, plots));
 }
 
 }  // namespace vildar

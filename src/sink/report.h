@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/atomic_file.h"
 #include "sink/run_summary.h"
 #include "types/result.h"
 
@@ -22,8 +23,9 @@ struct TrackPlot {
 std::string report_text(const RunSummary& summary, std::span<const VehicleResult> vehicles,
                         std::span<const TrackPlot> plots);
 
-/// report.html, whole or not at all; throws OutputError.
-void write_report(const std::filesystem::path& path, const RunSummary& summary,
-                  std::span<const VehicleResult> vehicles, std::span<const TrackPlot> plots);
+/// report.html, finished and not yet committed; throws OutputError.
+[[nodiscard]] AtomicFile write_report(const std::filesystem::path& path, const RunSummary& summary,
+                                      std::span<const VehicleResult> vehicles,
+                                      std::span<const TrackPlot> plots);
 
 }  // namespace vildar

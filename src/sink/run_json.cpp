@@ -3,7 +3,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/atomic_file.h"
 #include "core/quantity.h"
 #include "sink/run_summary.h"
 
@@ -115,9 +114,9 @@ std::string run_json_text(const RunSummary& summary, std::span<const VehicleResu
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-void write_run_json(const std::filesystem::path& path, const RunSummary& summary,
-                    std::span<const VehicleResult> vehicles) {
-  write_file_atomically(path, run_json_text(summary, vehicles));
+AtomicFile write_run_json(const std::filesystem::path& path, const RunSummary& summary,
+                          std::span<const VehicleResult> vehicles) {
+  return finished_file(path, run_json_text(summary, vehicles));
 }
 
 }  // namespace vildar

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/atomic_file.h"
 #include "types/result.h"
 
 namespace vildar {
@@ -70,8 +71,9 @@ struct RunSummary {
 /// out; bytes that are not UTF-8 become U+FFFD.
 std::string run_json_text(const RunSummary& summary, std::span<const VehicleResult> vehicles);
 
-/// run.json, whole or not at all; throws OutputError.
-void write_run_json(const std::filesystem::path& path, const RunSummary& summary,
-                    std::span<const VehicleResult> vehicles);
+/// run.json, finished and not yet committed; throws OutputError.
+[[nodiscard]] AtomicFile write_run_json(const std::filesystem::path& path,
+                                        const RunSummary& summary,
+                                        std::span<const VehicleResult> vehicles);
 
 }  // namespace vildar

@@ -96,6 +96,41 @@ TEST_F(BrokenOutput, WhatStoodThereBeforeAFailureStays) {
   EXPECT_EQ(test::bytes_of(disk.path() / "tracks.csv"), "of an earlier run\n");
 }
 
+TEST_F(BrokenOutput, ADiskThatFillsUpLateLeavesTheEarlierRunWhole) {
+  constexpr std::uintmax_t kPage = 4096;
+  const SmallDisk disk(path("disk"), "size=2m");
+  if (disk.error() != 0) GTEST_SKIP() << "a mount needs root: " << std::strerror(disk.error());
+  ASSERT_EQ(run_into(disk.path()).code, 0);
+  std::uintmax_t needed = 0;
+  for (const std::string& name : kOutputs)
+    needed += (std::filesystem::file_size(disk.path() / name) / kPage + 1) * kPage;
+  const std::uintmax_t last = std::filesystem::file_size(disk.path() / "run.json");
+  for (const std::string& name : kOutputs)
+    test::write_bytes(disk.path() / name, "of an earlier run\n");
+  const std::uintmax_t free = std::filesystem::space(disk.path()).available;
+  ASSERT_GT(free, needed);
+  test::write_bytes(disk.path() / "filler", std::string(free - needed + last / 2, 'x'));
+  expect_told(run_into(disk.path()), 5, {"run.json", "No space left on device"});
+  for (const std::string& name : kOutputs)
+    EXPECT_EQ(test::bytes_of(disk.path() / name), "of an earlier run\n") << name;
+}
+
+TEST_F(BrokenOutput, AnInputThatTheRunWouldReplaceIsTwoAndStays) {
+  const std::filesystem::path clip = out() / "annotated.mp4", trace = out() / "speeds.csv";
+  std::filesystem::create_directories(out());
+  std::filesystem::copy_file(sample("straight") / "clip.mp4", clip);
+  std::filesystem::create_hard_link(sample("straight") / "photodiode.csv", trace);
+  const std::string bytes = test::bytes_of(clip);
+  const std::string site_file = (sample("straight") / "site.yaml").string();
+  expect_told(run({clip.string(), "--site", site_file}), 2,
+              {"annotated.mp4", "is the clip to read", "another --out"});
+  expect_told(run({(sample("straight") / "clip.mp4").string(), "--photodiode",
+                   (sample("straight") / "photodiode.csv").string(), "--site", site_file}),
+              2, {"photodiode.csv", "is the photodiode to read", "speeds.csv"});
+  EXPECT_EQ(test::bytes_of(clip), bytes);
+  EXPECT_FALSE(test::bytes_of(trace).empty());
+}
+
 TEST_F(BrokenOutput, AKilledRunLeavesNothingHalfWrittenUnderAFinalName) {
   std::vector<std::string> all = words();
   all.insert(all.begin(), "run");

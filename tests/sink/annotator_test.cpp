@@ -32,7 +32,7 @@ void write_clip(const std::filesystem::path& path, const AnnotatorOptions& optio
   Annotator annotator(path, 480, 360, 30.0, options);
   for (std::size_t i = 0; i < kTimes_s.size(); ++i)
     annotator.add(at_time(made.frame, kTimes_s[i], static_cast<std::int64_t>(i)), {});
-  annotator.commit();
+  annotator.finish().commit();
 }
 
 TEST(Annotator, EveryFrameComesBackAtItsTime) {
@@ -77,7 +77,7 @@ TEST(Annotator, OddSizesArePaddedAndSmallOnesEnlarged) {
     Annotator annotator(folder / "a.mp4", turned ? height_px : width_px,
                         turned ? width_px : height_px, 25.0);
     annotator.add(made.frame, {});
-    annotator.commit();
+    annotator.finish().commit();
     const auto clip = decode(folder / "a.mp4");
     EXPECT_EQ(clip.frames.size(), 1u);
     return std::pair(clip.width_px, clip.height_px);
@@ -97,7 +97,7 @@ TEST(Annotator, RepeatedTimesAndFramesWithoutPixelsKeepTheCount) {
   annotator.add(at_time(lost, 0.04, 1), {});
   annotator.add(at_time(made.frame, 0.04, 2), {});
   annotator.add(at_time(made_frame(32, 200, 100).frame, 0.08, 3), {});
-  annotator.commit();
+  annotator.finish().commit();
   const auto clip = decode(folder / "a.mp4");
   ASSERT_EQ(clip.frames.size(), 4u);
   EXPECT_NEAR(clip.frames[2].t_s, 0.04 + kTick_s, 1e-9);
@@ -142,7 +142,7 @@ TEST(Annotator, FullDiskIsAnOutputErrorThatNamesTheFile) {
       for (auto& code : *made.planes) code = static_cast<std::uint8_t>(random.uniform(16.0, 235.0));
       annotator.add(at_time(made.frame, 0.04 * i, i), {});
     }
-    annotator.commit();
+    annotator.finish().commit();
   };
   {
     const FullDisk full(100000);

@@ -42,14 +42,14 @@ TEST(CsvRow, NumbersThatAreNotFiniteAreEmptyCells) {
 
 TEST(Speeds, WithoutVehiclesThereIsTheHeaderAlone) {
   const Folder folder;
-  write_speeds(folder / "speeds.csv", {});
+  write_speeds(folder / "speeds.csv", {}).commit();
   EXPECT_EQ(lines_of(folder / "speeds.csv"), std::vector<std::string>{std::string(kSpeedsHeader)});
 }
 
 TEST(Speeds, MeasuredRowCarriesEveryColumn) {
   const Folder folder;
   const std::vector<VehicleResult> vehicles{test::measured_vehicle()};
-  write_speeds(folder / "speeds.csv", vehicles);
+  write_speeds(folder / "speeds.csv", vehicles).commit();
   const auto lines = lines_of(folder / "speeds.csv");
   ASSERT_EQ(lines.size(), 2u);
   EXPECT_EQ(lines[1],
@@ -61,7 +61,7 @@ TEST(Speeds, MeasuredRowCarriesEveryColumn) {
 TEST(Speeds, WithheldRowNamesTheReasonAndGivesNoSpeed) {
   const Folder folder;
   const std::vector<VehicleResult> vehicles{test::withheld_vehicle()};
-  write_speeds(folder / "speeds.csv", vehicles);
+  write_speeds(folder / "speeds.csv", vehicles).commit();
   EXPECT_EQ(lines_of(folder / "speeds.csv").at(1),
             "4,receding,,withheld:too_short,5.000000,5.200000,,,,,,,,,,camera,,6,0,");
 }
@@ -69,7 +69,7 @@ TEST(Speeds, WithheldRowNamesTheReasonAndGivesNoSpeed) {
 TEST(Methods, OneRowPerMethodWithItsStatus) {
   const Folder folder;
   const std::vector<VehicleResult> vehicles{test::measured_vehicle(), test::withheld_vehicle()};
-  write_methods(folder / "methods.csv", vehicles);
+  write_methods(folder / "methods.csv", vehicles).commit();
   const auto lines = lines_of(folder / "methods.csv");
   ASSERT_EQ(lines.size(), 3u);
   EXPECT_EQ(lines[0],
@@ -103,7 +103,7 @@ TEST(Tracks, LampNotSeenIsEmpty) {
   const Folder folder;
   TracksWriter writer(folder / "tracks.csv");
   writer.add(std::vector<TrackRow>{track_row()});
-  writer.commit();
+  std::move(writer).finish().commit();
   const auto lines = lines_of(folder / "tracks.csv");
   ASSERT_EQ(lines.size(), 2u);
   EXPECT_EQ(lines[0], kTracksHeader);
@@ -118,7 +118,7 @@ TEST(Tracks, ALampCutByTheEdgeHasNoSigma) {
   row.sighting.left->defects = Defect::cut_by_edge;
   TracksWriter writer(folder / "tracks.csv");
   writer.add(std::vector<TrackRow>{row});
-  writer.commit();
+  std::move(writer).finish().commit();
   EXPECT_TRUE(lines_of(folder / "tracks.csv").at(1).ends_with(",617,,,,,,,,,"));
 }
 
@@ -151,7 +151,7 @@ TEST(Blobs, OneRowPerBlob) {
   writer.add(frame);
   frame.blobs.clear();
   writer.add(frame);
-  writer.commit();
+  std::move(writer).finish().commit();
   EXPECT_EQ(
       lines_of(folder / "blobs.csv"),
       (std::vector<std::string>{
@@ -162,7 +162,7 @@ TEST(Blobs, OneRowPerBlob) {
 TEST(Tables, AFolderThatCannotBeMadeIsAnOutputError) {
   const Folder folder;
   std::ofstream(folder / "file") << "x";
-  EXPECT_THROW(write_speeds(folder / "file" / "speeds.csv", {}), OutputError);
+  EXPECT_THROW((void)write_speeds(folder / "file" / "speeds.csv", {}), OutputError);
 }
 
 }  // namespace

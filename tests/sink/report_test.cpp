@@ -145,7 +145,7 @@ TEST(Report, EmptyRunAndManyVehiclesArePagesToo) {
 
 TEST(Report, IsWritten) {
   const Folder folder;
-  write_report(folder / "report.html", summary(), {}, {});
+  write_report(folder / "report.html", summary(), {}, {}).commit();
   EXPECT_EQ(test::text_of(folder / "report.html"), report_text(summary(), {}, {}));
 }
 

@@ -60,7 +60,7 @@ RunSummary summary() {
 TEST(RunJson, ReadsBackAsWhatWasWritten) {
   const Folder folder;
   const std::vector<VehicleResult> vehicles{test::measured_vehicle(), test::withheld_vehicle()};
-  write_run_json(folder / "run.json", summary(), vehicles);
+  write_run_json(folder / "run.json", summary(), vehicles).commit();
   const json run = json::parse(test::text_of(folder / "run.json"));
   EXPECT_EQ(test::text_of(folder / "run.json"), run_json_text(summary(), vehicles));
   EXPECT_EQ(run["version"], "0.1.0");
