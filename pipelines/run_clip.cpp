@@ -74,6 +74,13 @@ AnnotatedSighting annotated(int track_id, const VehicleSighting& sighting) {
   return note;
 }
 
+/// Height of the camera over headlamps.
+double over_headlamps_m(const Site& site) {
+  constexpr double kUsualHeight_m = 0.68;
+  return site.camera->position_m[2].mean -
+         (site.lamps.height_m ? site.lamps.height_m->mean : kUsualHeight_m);
+}
+
 class Measuring {
  public:
   Measuring(const RunOptions& options, const Site& site, std::span<const PowerTrace> traces,
@@ -82,7 +89,8 @@ class Measuring {
         site_(site),
         traces_(traces),
         tracks_(tracks),
-        measurement_(measurement) {}
+        measurement_(measurement),
+        measured_(over_headlamps_m(site)) {}
 
   void take(std::vector<VehicleTrack> ended, const Tracker& tracker) {
     for (VehicleTrack& track : ended) {

@@ -65,8 +65,37 @@ bool says_less(const VehicleEstimate& one, const VehicleEstimate& other) {
   return a.std_mps * b.speed_mps > b.std_mps * a.speed_mps;
 }
 
+// Of the frames that show both: how far `carrier` is, and how far `upper` seems to be by its
+// elevation, as if its lamps were as high as the carrier's. `in_line` is the share in which they
+// stand one above the other.
+struct Together {
+  std::vector<double> carrier_m, upper_m;
+  double in_line = 0.0;
+};
+
+Together seen_together(const VehicleEstimate& upper, const VehicleEstimate& carrier) {
+  constexpr double kBeside_m = 1.2, kLeastDown_rad = 1e-3;
+  Together seen;
+  auto a = upper.rows.begin();
+  for (const TrackRow& b : carrier.rows) {
+    a = std::find_if(a, upper.rows.end(),
+                     [&](const TrackRow& row) { return row.sighting.frame >= b.sighting.frame; });
+    if (a == upper.rows.end()) break;
+    if (a->sighting.frame != b.sighting.frame || !a->bearing_rad || !b.bearing_rad || !b.range_m)
+      continue;
+    const double upper_down = -a->bearing_rad->y(), carrier_down = -b.bearing_rad->y();
+    if (upper_down < kLeastDown_rad || carrier_down < kLeastDown_rad) continue;
+    const double off_rad = a->bearing_rad->x() - b.bearing_rad->x();
+    seen.in_line += std::abs(*b.range_m * off_rad) < kBeside_m;
+    seen.carrier_m.push_back(*b.range_m);
+    seen.upper_m.push_back(*b.range_m * std::tan(carrier_down) / std::tan(upper_down));
+  }
+  if (!seen.carrier_m.empty()) seen.in_line /= static_cast<double>(seen.carrier_m.size());
+  return seen;
+}
+
 // Takes the speed from the camera, and what came with it, out of `second`.
-void withhold_second(VehicleEstimate& second, int first_track_id) {
+void withhold_second(VehicleEstimate& second, const std::string& why) {
   const VehicleResult& was = second.result;
   VehicleResult result;
   result.track_id = was.track_id;
@@ -81,8 +110,7 @@ void withhold_second(VehicleEstimate& second, int first_track_id) {
     if (method.method == Method::geometry_camera || method.method == Method::fused)
       method.speed = Miss::ambiguous_identity;
   result.warnings = was.warnings;
-  result.warnings.push_back("stands where vehicle " + std::to_string(first_track_id) +
-                            " does; taken for the same vehicle, seen twice");
+  result.warnings.push_back(why);
   second.result = std::move(result);
   second.trajectories.clear();
   for (TrackRow& row : second.rows)
@@ -117,12 +145,54 @@ bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other) {
   return std::abs(surest.along_m) < most_off_m && std::abs(surest.beside_m) < kMostBeside_m;
 }
 
+bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, double over_lamps_m) {
+  constexpr double kHighCamera_m = 2.0;
+  constexpr double kLowest_m = 0.6, kHighest_m = 3.6;  // of the lamps over headlamps
+  constexpr double kLeastBack_m = -2.0, kMostBack_m = 5.0, kMostBackSigma_m = 2.0;
+  constexpr double kNearer = 1.3, kInLine = 0.8, kSigmas = 3.0;
+  constexpr std::size_t kFewest = 10;
+  if (over_lamps_m < kHighCamera_m || upper.trajectories.empty() || carrier.trajectories.empty() ||
+      upper.result.direction != carrier.result.direction)
+    return false;
+  const Together seen = seen_together(upper, carrier);
+  const std::size_t frames = seen.carrier_m.size();
+  if (frames < kFewest || seen.in_line < kInLine) return false;
+  const auto [nearest_m, farthest_m] = std::ranges::minmax(seen.carrier_m);
+  if (farthest_m < kNearer * nearest_m) return false;
+  // A line through the two: the factor is its slope, the lamps' distance behind the carrier's its
+  // offset.
+  const auto n = static_cast<Eigen::Index>(frames);
+  const Eigen::Map<const Eigen::ArrayXd> x(seen.carrier_m.data(), n), y(seen.upper_m.data(), n);
+  const double count = static_cast<double>(frames);
+  const double spread = (x - x.mean()).square().sum();
+  const double factor = ((x - x.mean()) * (y - y.mean())).sum() / spread;
+  const double offset_m = y.mean() - factor * x.mean();
+  const double residual_m =
+      std::sqrt((y - offset_m - factor * x).square().sum() / std::max(count - 2.0, 1.0));
+  const double factor_sigma = residual_m / std::sqrt(spread);
+  const double offset_sigma_m = std::hypot(residual_m / std::sqrt(count), factor_sigma * x.mean());
+  const double over_m = over_lamps_m * (1.0 - 1.0 / factor), back_m = offset_m / factor;
+  return factor - 1.0 > kSigmas * factor_sigma && over_m > kLowest_m && over_m < kHighest_m &&
+         back_m > kLeastBack_m && back_m < kMostBack_m &&
+         offset_sigma_m < kMostBackSigma_m * factor;
+}
+
 void MeasuredVehicles::add(VehicleEstimate estimate) {
+  const auto named = [](const VehicleEstimate& vehicle) {
+    return "vehicle " + std::to_string(vehicle.result.track_id);
+  };
   for (VehicleEstimate& earlier : held_) {
-    if (!one_vehicle(earlier, estimate)) continue;
-    const bool earlier_goes = says_less(earlier, estimate);
-    const int stays = (earlier_goes ? estimate : earlier).result.track_id;
-    withhold_second(earlier_goes ? earlier : estimate, stays);
+    if (one_vehicle(earlier, estimate)) {
+      const bool earlier_goes = says_less(earlier, estimate);
+      const std::string stays = named(earlier_goes ? estimate : earlier);
+      withhold_second(earlier_goes ? earlier : estimate,
+                      "stands where " + stays + " does; taken for the same vehicle, seen twice");
+    }
+    for (const auto& [upper, carrier] :
+         {std::pair(&earlier, &estimate), std::pair(&estimate, &earlier)})
+      if (rides_on(*upper, *carrier, over_lamps_m_))
+        withhold_second(*upper, "moves as lamps on the roof of " + named(*carrier) +
+                                    " would; taken for lamps of that vehicle");
   }
   held_.push_back(std::move(estimate));
 }

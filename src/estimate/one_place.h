@@ -13,16 +13,27 @@ namespace vildar {
 /// surely goes on where the first was. False where either has no speed from the camera.
 bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other);
 
+/// Whether the lamps of `upper` move as lamps higher on the body of `carrier` would: from a camera
+/// high over the lamps those seem farther off, by a factor that stays, and as much faster. Never so
+/// for a vehicle of its own: it would have to reach the camera at once with the other, always in
+/// one line with it. `over_lamps_m` is the camera's height over headlamps.
+bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, double over_lamps_m);
+
 /// Measured vehicles, held while another track may turn out to be of the same vehicle. Of two that
-/// are one, the speed of smaller relative sigma stands; the other is withheld (ambiguous_identity).
+/// are one, the speed of smaller relative sigma stands; the other is withheld
+/// (ambiguous_identity), as are lamps that ride on another vehicle.
 class MeasuredVehicles {
  public:
+  /// Height of the camera over headlamps, in metres.
+  explicit MeasuredVehicles(double over_lamps_m) : over_lamps_m_(over_lamps_m) {}
+
   void add(VehicleEstimate estimate);
   /// Hands over, in the order added, those that none can be the same as that is first seen at
   /// `time_s` or later; no vehicle added later may have been in view before.
   std::vector<VehicleEstimate> take_before(double time_s);
 
  private:
+  double over_lamps_m_ = 0.0;
   std::vector<VehicleEstimate> held_;
 };
 

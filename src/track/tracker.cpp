@@ -151,13 +151,16 @@ void Tracker::Impl::find_turn(const BlobFrame& now) {
   }
 }
 
-// A vehicle whose pair has held for a second or so shows how strong lamps are here.
+// A vehicle whose pair has held for a second or so shows how strong lamps are here; what has not
+// moved yet may be a sign, or letters in the picture.
 void Tracker::Impl::learn_strength() {
+  constexpr double kMoved_px = 8.0;
   constexpr int kLongEnough = 20;
   constexpr double kGoodChi2 = 5.0;
   for (const auto& vehicle : vehicles_) {
     if (vehicle->told_strength || vehicle->both_seen < kLongEnough || vehicle->chi2 > kGoodChi2 ||
-        !vehicle->left || !vehicle->right)
+        !vehicle->left || !vehicle->right ||
+        std::min(vehicle->left->wandered_px(), vehicle->right->wandered_px()) < kMoved_px)
       continue;
     vehicle->told_strength = true;
     const bool clips = vehicle->left->records.back().sighting.saturated_px > 0 &&

@@ -86,6 +86,22 @@ bool motion_contradicts(const std::vector<PairLook>& looks, LampKind kind, const
   return closing_mps / kScaleDoubt - kSlow_mps > ego_mps;
 }
 
+// A pair that stays where it was found, before a camera that stands: letters burnt into the
+// picture, a lit sign, a parked car.
+bool stays(const std::vector<PairLook>& looks, const RoadView& view) {
+  constexpr double kMoved_px = 8.0, kMoved_m = 4.0;
+  std::vector<double> times_s, ranges_m, u_px, v_px;
+  for (const PairLook& look : looks) {
+    times_s.push_back(look.time_s);
+    ranges_m.push_back(view.separation_m() / look.width_per_depth);
+    u_px.push_back(look.middle_px.x());
+    v_px.push_back(look.middle_px.y());
+  }
+  const double duration_s = times_s.back() - times_s.front();
+  return std::abs(slope_of(times_s, ranges_m)) * duration_s < kMoved_m &&
+         std::hypot(slope_of(times_s, u_px), slope_of(times_s, v_px)) * duration_s < kMoved_px;
+}
+
 bool beside_the_road(const std::vector<double>& laterals_m,
                      const std::vector<double>& lateral_sigmas_m, const RoadView& view) {
   constexpr double kMargin_m = 2.0, kMarginShare = 0.25, kSigmas = 2.5;
@@ -229,6 +245,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
                 kFaintPair) ||
       static_cast<double>(looks.size()) < pair_share * static_cast<double>(track.sightings.size()))
     return Verdict::undecided;
+  if (!view.moving_sensor() && stays(looks, view)) return Verdict::static_light;
   if (beside_the_road(laterals_m, lateral_sigmas_m, view)) return Verdict::off_road;
 
   track.kind = vehicle.kind;

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/text.h"
 #include "simulated_pass.h"
 
 namespace vildar {
@@ -17,6 +18,7 @@ using simulated::Vehicle;
 using simulated::View;
 
 constexpr double kForever = std::numeric_limits<double>::infinity();
+constexpr double kOverLamps_m = 5.0 - 0.68;
 constexpr Vehicle kCar{.along_m = 70.0};
 constexpr Vehicle kMotorcycle{.along_m = 70.0, .separation_m = 0.0};
 constexpr View kLong{.to_s = 2.8, .sigma_px = 0.3};
@@ -129,12 +131,52 @@ TEST(OnePlace, HoldsOnASharpCurve) {
   EXPECT_FALSE(one_vehicle(first, estimate_of(4, moved(car, 0.0, -3.0), Frames::odd, kLong, site)));
 }
 
+/// Lamps this high on the car, `back_m` behind its headlamps, as far apart as a car's would seem
+/// where their elevation puts them.
+Vehicle roof_lamps(double height_m, double back_m) {
+  Vehicle lamps = moved(kCar, back_m, 0.0);
+  lamps.height_m = height_m;
+  lamps.separation_m = kCar.separation_m * (5.0 - height_m) / kOverLamps_m;
+  return lamps;
+}
+
+TEST(OnePlace, LampsOnTheRoofRideOnTheirVehicle) {
+  // Where they seem to be there is a lane, too.
+  Site site = mast_site(5.0);
+  for (const double lateral_m : {-7.5, -11.0})
+    site.road.lanes.push_back({number_text(lateral_m), {lateral_m, 0.3}, 3.5, Direction::oncoming});
+  const VehicleEstimate car = estimate_of(1, kCar, Frames::all);
+  for (const double height_m : {1.8, 2.5, 3.4})
+    for (const double back_m : {0.0, 2.0}) {
+      const VehicleEstimate lamps =
+          estimate_of(2, roof_lamps(height_m, back_m), Frames::all, kLong, site);
+      ASSERT_GT(lamps.result.speed.speed_mps, 1.2 * kCar.speed_mps);
+      EXPECT_TRUE(rides_on(lamps, car, kOverLamps_m)) << height_m << ", " << back_m;
+      EXPECT_FALSE(rides_on(car, lamps, kOverLamps_m)) << height_m << ", " << back_m;
+    }
+}
+
+TEST(OnePlace, WhatFollowsOrOvertakesDoesNotRideOnAnother) {
+  const VehicleEstimate car = estimate_of(1, kCar, Frames::all);
+  for (const double behind_m : {7.0, 15.0, 30.0, 60.0})
+    for (const double speed_mps : {20.0, 26.0, 32.0}) {
+      Vehicle behind = moved(kCar, behind_m, 0.0);
+      behind.speed_mps = speed_mps;
+      const VehicleEstimate follower = estimate_of(2, behind, Frames::all);
+      EXPECT_FALSE(rides_on(follower, car, kOverLamps_m)) << behind_m << " m, " << speed_mps;
+    }
+  // Reaches the camera together with the car, in the next lane.
+  Vehicle faster = moved(kCar, 0.3 * kCar.along_m, -3.0);
+  faster.speed_mps *= 1.3;
+  EXPECT_FALSE(rides_on(estimate_of(3, faster, Frames::all), car, kOverLamps_m));
+}
+
 TEST(MeasuredVehicles, OfOneSeenTwiceTheBetterSpeedStands) {
   View brief = kLong;
   brief.to_s = 1.2;
   // Half as many frames, and none from near by: the lesser, in whichever order they end.
   for (const bool lesser_first : {true, false}) {
-    MeasuredVehicles measured;
+    MeasuredVehicles measured(kOverLamps_m);
     const auto lesser = [&] { return estimate_of(1, kCar, Frames::odd, brief); };
     if (lesser_first) measured.add(lesser());
     measured.add(estimate_of(2, kCar, Frames::even));
@@ -160,8 +202,20 @@ TEST(MeasuredVehicles, OfOneSeenTwiceTheBetterSpeedStands) {
   }
 }
 
+TEST(MeasuredVehicles, LampsOnARoofHaveNoSpeed) {
+  for (const bool roof_first : {true, false}) {
+    MeasuredVehicles measured(kOverLamps_m);
+    const auto roof = [&] { return estimate_of(1, roof_lamps(2.5, 1.0), Frames::all); };
+    if (roof_first) measured.add(roof());
+    measured.add(estimate_of(2, kCar, Frames::all));
+    if (!roof_first) measured.add(roof());
+    for (const VehicleEstimate& one : measured.take_before(kForever))
+      EXPECT_EQ(one.result.withheld.has_value(), one.result.track_id == 1) << one.result.track_id;
+  }
+}
+
 TEST(MeasuredVehicles, AreHeldUntilNoneThatWasInViewWithThemIsMissing) {
-  MeasuredVehicles measured;
+  MeasuredVehicles measured(kOverLamps_m);
   measured.add(estimate_of(1, kCar, Frames::all));
   // Last seen at 2.8 s; another that is first seen a second later may be the same.
   EXPECT_TRUE(measured.take_before(3.7).empty());
