@@ -82,6 +82,45 @@ void warn_of_other_mains(const PowerTrace& trace, const Site& site, const std::s
                              "; what it shows was taken out, correct the site file");
 }
 
+/// Samples a second that traces are made for.
+void warn_of_odd_rate(const PowerTrace& trace, const std::string& file, RunSummary& summary) {
+  constexpr double kLowest_hz = 100.0, kHighest_hz = 1e5, kRounding = 0.02;
+  if (!(trace.sample_period_s > 0.0)) return;
+  const double rate_hz = 1.0 / trace.sample_period_s;
+  if (rate_hz > kLowest_hz * (1.0 - kRounding) && rate_hz < kHighest_hz * (1.0 + kRounding)) return;
+  summary.warnings.push_back(file + ": " + trace.photodiode_id + " has " + number_text(rate_hz) +
+                             " samples a second by its stamps, and 100 to 100000 are asked for; "
+                             "check that t_s is in seconds");
+}
+
+/// What the site file leaves open of photodiodes that are used together.
+void warn_of_open_site(const std::vector<PowerTrace>& traces, const Site& site,
+                       const std::string& file, RunSummary& summary) {
+  const auto key_of = [](const PowerTrace& trace, const char* key) {
+    return "photodiodes[" + std::to_string(trace.photodiode) + "]." + key;
+  };
+  const auto of = [&](const PowerTrace& trace) -> const PhotodiodeSite& {
+    return site.photodiodes[static_cast<std::size_t>(trace.photodiode)];
+  };
+  for (const PhotodiodeSite& diode : site.photodiodes)
+    if (std::ranges::find(traces, diode.id, &PowerTrace::photodiode_id) == traces.end())
+      summary.warnings.push_back(file + ": has no column of photodiode " + diode.id + ", which " +
+                                 site.file.string() + " describes; measuring without it");
+  for (const PowerTrace& trace : traces) {
+    const PhotodiodeSite& diode = of(trace);
+    if (traces.size() > 1 && !diode.gain_ratio_told)
+      summary.warnings.push_back(
+          site.file.string() + ": " + key_of(trace, "gain_ratio") + " is not given; taken as " +
+          number_text(diode.gain_ratio.mean) + " +- " + number_text(diode.gain_ratio.std) +
+          ", which widens the speeds; measure it, or learn it with `vildar calibrate photodiode`");
+    if (diode.time_offset_s.mean != of(traces.front()).time_offset_s.mean)
+      summary.warnings.push_back(site.file.string() + ": " + key_of(trace, "time_offset_s") +
+                                 " is not that of " + key_of(traces.front(), "time_offset_s") +
+                                 ", but the photodiodes of one trace have one clock; give both "
+                                 "the same");
+  }
+}
+
 }  // namespace
 
 std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
@@ -113,9 +152,11 @@ std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
       throw InputError(file + ": " + std::to_string(most_samples) + " of " +
                        std::to_string(summary.counts["samples_read"]) +
                        " samples can be used, and a speed needs many; record the trace again");
+    warn_of_open_site(traces, site, file, summary);
     leave_out_dead(file, traces, summary);
     for (const PowerTrace& trace : traces) {
       summary.traces.push_back(summary_of(trace));
+      warn_of_odd_rate(trace, file, summary);
       warn_of_other_mains(trace, site, file, summary);
     }
     return traces;

@@ -93,6 +93,7 @@ LearnedGain settle(std::size_t photodiode, const Found& found, Site& site) {
   gain.after = {mean,
                 std::min(std::hypot(gain.mean_std, gain.spread), mean * ratio.std / ratio.mean)};
   ratio = gain.after;
+  site.photodiodes[photodiode].gain_ratio_told = true;
   return gain;
 }
 

@@ -86,6 +86,7 @@ std::vector<PowerTrace> condition(PhotodiodeRecording recording, const Site& sit
     remove_drift(trace);
     traces.push_back(std::move(trace));
   }
+  std::ranges::sort(traces, {}, &PowerTrace::photodiode);
   return traces;
 }
 

@@ -7,7 +7,7 @@
 
 namespace vildar {
 
-/// One trace in watts for each channel of the recording, in the order of the recording.
+/// One trace in watts for each channel of the recording, in the order of the site's photodiodes.
 ///
 /// Channels are matched to the site's photodiodes by id; a single channel without a name belongs to
 /// the first. A photodiode of the site without a channel has no trace. Left out, and counted in

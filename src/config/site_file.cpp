@@ -21,8 +21,13 @@ constexpr NumberRule kHalfField_deg{0.0, 90.0, true, false};
 constexpr NumberRule kMains_hz{10.0, 1000.0, false, false};
 constexpr NumberRule kHalfPower_deg{0.0, 90.0, true, true};
 
-PhotodiodeSite read_photodiode(const YamlMap& map, bool alone) {
+PhotodiodeSite read_photodiode(const YamlMap& map, bool alone, bool first) {
+  constexpr Uncertain kSameType{1.0, 0.05};  // parts of 1 to 5 %
   PhotodiodeSite diode;
+  if (!first && !map.has("gain_ratio")) {
+    diode.gain_ratio = kSameType;
+    diode.gain_ratio_told = false;
+  }
   if (alone) {
     diode.id = "pd0";
     map.read("id", diode.id);
@@ -71,7 +76,8 @@ std::vector<PhotodiodeSite> read_photodiodes(const YamlMap& map) {
   if (const auto single = map.map("photodiode")) maps.push_back(*single);
   for (YamlMap& element : map.maps("photodiodes")) maps.push_back(std::move(element));
   std::vector<PhotodiodeSite> diodes;
-  for (const YamlMap& element : maps) diodes.push_back(read_photodiode(element, maps.size() == 1));
+  for (const YamlMap& element : maps)
+    diodes.push_back(read_photodiode(element, maps.size() == 1, diodes.empty()));
   check_ids(maps, diodes);
   return diodes;
 }

@@ -142,7 +142,7 @@ void write_photodiode(std::string& out, const PhotodiodeSite& diode) {
   lines.put("pitch_deg", degrees(diode.pitch_rad));
   lines.put("half_field_of_view_deg", degrees(diode.half_field_of_view_rad));
   lines.put("area_m2", diode.area_m2);
-  lines.put("gain_ratio", number(diode.gain_ratio));
+  if (diode.gain_ratio_told) lines.put("gain_ratio", number(diode.gain_ratio));
   lines.put("responsivity_a_per_w", diode.responsivity_a_per_w);
   lines.put("transimpedance_v_per_a", diode.transimpedance_v_per_a);
   lines.put("volts_per_count", diode.volts_per_count);

@@ -268,12 +268,23 @@ const MethodResult& withheld_by(const std::vector<Found>& methods) {
   return (denied == methods.end() ? methods.front() : *denied).row;
 }
 
+// Light that no lamp under the channel's law explains, as a street lamp's or a cloud's: what else
+// rests on that law tells nothing either.
+bool law_is_denied(const std::vector<Found>& methods) {
+  return std::ranges::any_of(methods, [](const Found& found) {
+    const Miss* miss = std::get_if<Miss>(&found.row.speed);
+    return found.row.method == Method::ml_photodiode && miss && *miss == Miss::bad_fit;
+  });
+}
+
 // The surest of the methods that measured.
 void stand_by_surest(const std::vector<Found>& methods, VehicleResult& result) {
+  const bool law_denied = law_is_denied(methods);
   const Found* surest = nullptr;
   for (const Found& found : methods) {
     result.methods.push_back(found.row);
     const auto* speed = std::get_if<SpeedEstimate>(&found.row.speed);
+    if (law_denied && found.row.method != Method::delay_photodiodes) continue;
     if (speed && (!surest || speed->std_mps < std::get<SpeedEstimate>(surest->row.speed).std_mps))
       surest = &found;
   }
@@ -291,6 +302,11 @@ void stand_by_surest(const std::vector<Found>& methods, VehicleResult& result) {
   if (mixed) {
     result.method = Method::delay_photodiodes;
     result.withheld = Miss::several_vehicles;
+    return;
+  }
+  if (!surest && law_denied) {
+    result.method = Method::ml_photodiode;
+    result.withheld = Miss::bad_fit;
     return;
   }
   if (!surest) {

@@ -62,7 +62,8 @@ struct PhotodiodeSite {
   double pitch_rad = 0.0;
   double half_field_of_view_rad = 1.2217304763960306;
   std::optional<double> area_m2;
-  Uncertain gain_ratio{1.0, 0.0};
+  Uncertain gain_ratio{1.0, 0.0};  ///< to the first photodiode
+  bool gain_ratio_told = true;     ///< false: one of the same type, as a guess
   std::optional<double> responsivity_a_per_w;
   std::optional<double> transimpedance_v_per_a;
   std::optional<double> volts_per_count;

@@ -52,9 +52,9 @@ TEST(Condition, ChannelsFindTheirPhotodiodeByName) {
   recording.values.push_back({4, 5, 6});
   const std::vector<PowerTrace> traces = condition(recording, site);
   ASSERT_EQ(traces.size(), 2U);
-  EXPECT_EQ(traces[0].photodiode, 1);
-  EXPECT_EQ(traces[1].photodiode, 0);
-  EXPECT_EQ(traces[1].power_w, (std::vector<float>{4, 5, 6}));
+  EXPECT_EQ(traces[0].photodiode, 0) << "in the site's order, whatever the recording's";
+  EXPECT_EQ(traces[1].photodiode, 1);
+  EXPECT_EQ(traces[0].power_w, (std::vector<float>{4, 5, 6}));
 }
 
 std::string error_of(const PhotodiodeRecording& recording, const Site& site) {

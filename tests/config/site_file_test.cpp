@@ -153,6 +153,24 @@ TEST(SiteFile, WhatIsLeftOutStaysUnknown) {
   EXPECT_FALSE(site.lamps.height_m);
 }
 
+TEST(SiteFile, AGainRatioLeftOutIsNotKnownToBeOne) {
+  const TemporaryFolder folder;
+  const auto site_with = [&](const char* ratio) {
+    return load_site(folder.write("site.yaml", std::string("version: 1\nphotodiodes:\n"
+                                                           "  - {id: a, position_m: [0, 0, 5]}\n"
+                                                           "  - {id: b, position_m: [2, 0, 5]") +
+                                                   ratio + "}\n"));
+  };
+  const Site left_out = site_with(""), told = site_with(", gain_ratio: 1");
+  EXPECT_TRUE(left_out.photodiodes[0].gain_ratio_told);
+  EXPECT_EQ(left_out.photodiodes[0].gain_ratio, (Uncertain{1.0, 0.0}));
+  EXPECT_FALSE(left_out.photodiodes[1].gain_ratio_told);
+  EXPECT_EQ(left_out.photodiodes[1].gain_ratio.mean, 1.0);
+  EXPECT_GE(left_out.photodiodes[1].gain_ratio.std, 0.03);
+  EXPECT_EQ(told.photodiodes[1].gain_ratio, (Uncertain{1.0, 0.0}));
+  EXPECT_TRUE(told.photodiodes[1].gain_ratio_told);
+}
+
 TEST(SiteFile, AnAngleOfTheCameraLeftOutIsUnknownAndNotZero) {
   const TemporaryFolder folder;
   const std::string angles = "  yaw_deg: 0.0\n  pitch_deg: -4.0\n  roll_deg: 0.0\n";

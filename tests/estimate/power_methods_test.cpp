@@ -312,6 +312,31 @@ TEST(Pass, OnACurveTheLightTellsAnAmbientThatTheRecordDoesNot) {
     EXPECT_NEAR(speed_of(method_of(result, method)), 20.0, 1.0) << name_of(method);
 }
 
+TEST(Pass, AmbientThatComesAndGoesBesideAVehicleGivesNoSpeed) {
+  constexpr double kWidth_s = 0.7, kAt_s = 3.8;
+  Site site = diode_site();
+  site.channel->gain_db->std = 1.0;
+  Vehicle far_off = kTypical;
+  far_off.along_m = 120.0;
+  Diode diode = matching_diode();
+  diode.noise_w = 1e-10;
+  diode.to_s = 7.0;
+  int speeds = 0;  // of the power's slope, which asks no more of light than that it grows
+  for (const double peak_w : {4e-8, 8e-8, 2e-7}) {
+    Random random(1);
+    PowerTrace trace = trace_of(far_off, site, diode, random);
+    for (std::size_t i = 0; i < trace.time_s.size(); ++i)
+      trace.power_w[i] += static_cast<float>(
+          peak_w * std::exp(-0.5 * std::pow((trace.time_s[i] - kAt_s) / kWidth_s, 2)));
+    const VehicleResult result = estimate_pass({2.2, 6.3, 6.0}, 1, site, {&trace, 1});
+    ASSERT_TRUE(result.withheld) << peak_w << ": " << result.speed.speed_mps;
+    EXPECT_EQ(*result.withheld, Miss::bad_fit) << peak_w << ": " << name_of(*result.withheld);
+    speeds += std::holds_alternative<SpeedEstimate>(
+        method_of(result, Method::power_slope_photodiode).speed);
+  }
+  EXPECT_GT(speeds, 0);
+}
+
 TEST(Pass, NothingAboveTheNoiseIsTooFewSamples) {
   const Site site = diode_site();
   Diode diode = matching_diode();

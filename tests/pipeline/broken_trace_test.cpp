@@ -154,6 +154,43 @@ TEST_F(BrokenTrace, OtherWaysToWriteTheSameGiveTheSame) {
   EXPECT_EQ(speeds(), expected) << "columns in another order, and one more";
 }
 
+TEST_F(BrokenTrace, ColumnsInAnyOrderGiveTheSameAndOneLeftOutIsNamed) {
+  const std::string two =
+      write("two.yaml",
+            "version: 1\nphotodiodes:\n  - {id: a, position_m: [0, 0, 5]}\n"
+            "  - {id: b, position_m: [2, 0, 5], time_offset_s: 0.5}\n"
+            "road:\n  kind: straight\n  lanes:\n"
+            "    - {id: near, lateral_m: -3.4, width_m: 3.5, direction: oncoming}\n"
+            "lamps: {height_m: 0.68}\n"
+            "channel: {gain_db: -50, path_loss_exponent: 2, lamp_power_w: 1}\n");
+  const auto run_two = [&](const std::string& content) {
+    return run({"--photodiode", write("trace.csv", content), "--site", two});
+  };
+  std::string ordered = "t_s,a_power_w,b_power_w\n", turned = "t_s,b_power_w,a_power_w\n",
+              alone = "t_s,a_power_w\n";
+  const std::vector<Row> all = rows();
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const std::string& other = all[(k + all.size() - 70) % all.size()].power_w;
+    ordered += all[k].t_s + "," + all[k].power_w + "," + other + "\n";
+    turned += all[k].t_s + "," + other + "," + all[k].power_w + "\n";
+    alone += all[k].t_s + "," + all[k].power_w + "\n";
+  }
+  expect_told(run_two(ordered), 0,
+              {"photodiodes[1].gain_ratio is not given; taken as 1 +- 0.05",
+               "photodiodes[1].time_offset_s is not that of photodiodes[0].time_offset_s"});
+  const std::string expected = speeds();
+  EXPECT_EQ(run_two(turned).code, 0);
+  EXPECT_EQ(speeds(), expected);
+  expect_told(run_two(alone), 0, {"has no column of photodiode b", "measuring without it"});
+}
+
+TEST_F(BrokenTrace, StampsThatAreNoSecondsAreNamed) {
+  std::vector<Row> all = rows();
+  for (std::size_t k = 0; k < all.size(); ++k) all[k].t_s = std::to_string(2 * k);
+  expect_told(run_trace(text(all)), 0,
+              {"pd0 has 0.5 samples a second by its stamps", "check that t_s is in seconds"});
+}
+
 TEST_F(BrokenTrace, ATraceOfAnotherTimeThanTheClipIsFour) {
   std::vector<Row> late = rows();
   for (std::size_t k = 0; k < late.size(); ++k)
