@@ -8,6 +8,7 @@
 #include "condition/flicker.h"
 #include "condition/negative_samples.h"
 #include "condition/noise.h"
+#include "condition/spikes.h"
 #include "core/error.h"
 
 namespace vildar {
@@ -78,6 +79,10 @@ std::vector<PowerTrace> condition(PhotodiodeRecording recording, const Site& sit
     set_noise(trace);
     if (const std::int64_t negative = drop_negative(trace); negative > 0) {
       trace.rejected["negative"] = negative;
+      set_noise(trace);
+    }
+    if (const std::int64_t spikes = drop_spikes(trace); spikes > 0) {
+      trace.rejected["spike"] = spikes;
       set_noise(trace);
     }
     const bool hidden = trace.rounding_sigma_w > 0.0;  // and stays so, though a wave lies over it
