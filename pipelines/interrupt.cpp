@@ -17,11 +17,13 @@ InterruptScope::InterruptScope() {
   ::sigemptyset(&once.sa_mask);
   ::sigaction(SIGINT, &once, &on_interrupt_before_);
   ::sigaction(SIGTERM, &once, &on_terminate_before_);
+  ::sigaction(SIGHUP, &once, &on_hang_up_before_);
 }
 
 InterruptScope::~InterruptScope() {
   ::sigaction(SIGINT, &on_interrupt_before_, nullptr);
   ::sigaction(SIGTERM, &on_terminate_before_, nullptr);
+  ::sigaction(SIGHUP, &on_hang_up_before_, nullptr);
 }
 
 void throw_if_interrupted() {

@@ -16,7 +16,7 @@ class Interrupted : public std::runtime_error {
   int signal_;
 };
 
-/// While it lives, the first SIGINT or SIGTERM lets the work end at its next
+/// While it lives, the first SIGINT, SIGTERM or SIGHUP lets the work end at its next
 /// throw_if_interrupted(), so that unfinished files are removed; a second one ends the program at
 /// once. Outside of it signals do what they do by default. One at a time.
 class InterruptScope {
@@ -29,6 +29,7 @@ class InterruptScope {
  private:
   struct sigaction on_interrupt_before_;
   struct sigaction on_terminate_before_;
+  struct sigaction on_hang_up_before_;
 };
 
 void throw_if_interrupted();

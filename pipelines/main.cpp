@@ -30,6 +30,19 @@ void check_standard_output() {
     throw vildar::OutputError("standard output cannot be written; look for space where it goes to");
 }
 
+// The first word names a subcommand, where it is no option.
+void check_subcommand(const CLI::App& program, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return;
+  std::string names;
+  for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; })) {
+    if (command->get_name() == argv[1]) return;
+    names += (names.empty() ? "" : ", ") + command->get_name();
+  }
+  throw CLI::ExtrasError(
+      "\"" + std::string(argv[1]) + "\" is no subcommand of this version, which has " + names,
+      CLI::ExitCodes::ExtrasError);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -48,6 +61,7 @@ int main(int argc, char** argv) {
   vildar::add_calibrate(program, exit_code);
 
   try {
+    check_subcommand(program, argc, argv);
     program.parse(argc, argv);
     check_standard_output();
   } catch (const CLI::ParseError& error) {

@@ -89,6 +89,8 @@ CsvHeader read_csv_header(std::string_view line, const std::filesystem::path& pa
     header.roles.push_back(static_cast<int>(header.ids.size()));
     header.ids.push_back(channel->id);
   }
+  if (!has_time && !quantity && line.find_first_of(";\t") != std::string_view::npos)
+    throw fail("columns that no commas part (a point is the decimal sign)");
   if (!has_time && !quantity) throw fail("no header of a photodiode trace");
   if (!has_time) throw fail("no column t_s");
   if (!quantity) throw fail("no column of power, current, voltage or counts");

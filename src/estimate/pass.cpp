@@ -363,7 +363,7 @@ VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site&
   if (pulsed)
     result.warnings.push_back(
         "the light jumps from sample to sample, as of lamps that pulse: at this rate its mean "
-        "cannot be trusted; sample at 10 kHz or more, or integrate over each sample");
+        "cannot be trusted; a camera beside the photodiodes measures such vehicles");
   if (pass.cut_off)
     result.warnings.push_back(
         "the record ends or stops before the vehicle is past: the light of others behind it is not "

@@ -135,7 +135,7 @@ TEST_F(BrokenOutput, AKilledRunLeavesNothingHalfWrittenUnderAFinalName) {
   std::vector<std::string> all = words();
   all.insert(all.begin(), "run");
   all.insert(all.end(), {"--out", out().string(), "--annotate", "--blobs"});
-  for (const int signal : {SIGKILL, SIGTERM}) {
+  for (const int signal : {SIGKILL, SIGTERM, SIGHUP}) {
     std::filesystem::remove_all(out());
     Program program(VILDAR_PROGRAM, all, folder_.path());
     while (program.running() && test::files_in(out()).empty())
@@ -145,7 +145,7 @@ TEST_F(BrokenOutput, AKilledRunLeavesNothingHalfWrittenUnderAFinalName) {
     if (signal == SIGKILL) {
       ASSERT_EQ(ran.signal, SIGKILL) << "the run ended before it was killed";
     } else {
-      expect_told(ran, 128 + SIGTERM, {"interrupted"});
+      expect_told(ran, 128 + signal, {"interrupted"});
     }
     for (const std::string& name : test::files_in(out()))
       EXPECT_TRUE(signal == SIGKILL && name.front() == '.') << name;

@@ -62,6 +62,7 @@ TEST_F(BrokenTrace, WhatHoldsNoTraceIsThreeAloneAndFourBesideAClip) {
       {"t_s,power_w\n0,1e-8\n", "1 of 1 samples can be used"},
       {"t_s,power_w\n0,nan\n1,nan\n", "0 of 2 samples can be used"},
       {"0,1e-8\n0.001,1e-8\n", "trace.csv:1: no header of a photodiode trace"},
+      {"t_s;power_w\n0,0;1,0e-8\n", "columns that no commas part"},
       {"t_s,colour\n0,1\n", "no column of power, current, voltage or counts"},
       {"power_w\n1\n", "no column t_s"},
       {"t_s,pd7_power_w\n0,1\n1,1\n", "photodiode \"pd7\" is not in"},

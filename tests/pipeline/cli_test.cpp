@@ -70,6 +70,12 @@ TEST_F(Cli, WrongUsageIsTwo) {
   EXPECT_EQ(run("").code, 2);
   EXPECT_EQ(run("run").code, 2);
   EXPECT_EQ(run("run --nonsense").code, 2);
+  for (const char* words : {"rnu clip.mp4", "rnu --help"}) {
+    const auto unknown = run(words);
+    EXPECT_EQ(unknown.code, 2) << words;
+    EXPECT_NE(unknown.err.find("\"rnu\" is no subcommand"), std::string::npos) << unknown.err;
+    EXPECT_NE(unknown.err.find("run, render"), std::string::npos) << unknown.err;
+  }
   const Ran nothing = run("run" + site() + out());
   EXPECT_EQ(nothing.code, 2);
   EXPECT_NE(nothing.err.find("neither a clip nor a photodiode"), std::string::npos) << nothing.err;
