@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "estimate/delay_motion.h"
 
@@ -13,11 +14,34 @@ constexpr double kSlowest_mps = 1.0, kFastest_mps = 100.0;
 constexpr int kScanPieces = 12;
 constexpr std::array<int, 7> kPieces{9, 14, 21, 32, 48, 72, 108};
 
+// What pieces as long as a block may miss of each block's light: a share of its fourth differences,
+// of which a cubic has none. Across a gap there are none.
+std::vector<double> unresolved_w(const std::vector<PowerBlock>& blocks) {
+  constexpr double kShare = 0.05;
+  constexpr std::ptrdiff_t kReach = 2;
+  const auto n = static_cast<std::ptrdiff_t>(blocks.size());
+  std::vector<double> missed_w(blocks.size(), 0.0);
+  for (std::ptrdiff_t i = kReach; i + kReach < n; ++i) {
+    const PowerBlock* at = blocks.data() + i;
+    if (at[kReach].time_s - at[-kReach].time_s > (2 * kReach + 0.5) * at->duration_s) continue;
+    const double fourth_w = at[-2].power_w - 4.0 * at[-1].power_w + 6.0 * at->power_w -
+                            4.0 * at[1].power_w + at[2].power_w;
+    for (std::ptrdiff_t near = -kReach; near <= kReach; ++near) {
+      double& missed = missed_w[static_cast<std::size_t>(i + near)];
+      missed = std::max(missed, kShare * std::abs(fourth_w));
+    }
+  }
+  return missed_w;
+}
+
 void add_side(const DelaySide& side, bool far, DelayRows& rows) {
-  for (const PowerBlock& block : side.blocks) {
+  const std::vector<double> missed_w = unresolved_w(side.blocks);
+  for (std::size_t i = 0; i < side.blocks.size(); ++i) {
+    const PowerBlock& block = side.blocks[i];
     const double above_w = std::max(0.0, block.power_w - side.ambient_w.mean);
     const double tau_s = block.time_s - rows.reference_s;
-    rows.rows.push_back({tau_s, block.power_w / rows.unit_w, block.sigma_w / rows.unit_w,
+    rows.rows.push_back({tau_s, block.power_w / rows.unit_w,
+                         std::hypot(block.sigma_w, missed_w[i]) / rows.unit_w,
                          std::sqrt(above_w / rows.unit_w), far});
   }
 }
@@ -145,42 +169,135 @@ double variance_factor(const DelayRows& rows, const Eigen::VectorXd& residuals, 
 
 struct Candidate {
   Eigen::VectorXd value;
-  CubicSpline curve;
-  int pieces = 0;
+  std::vector<double> breaks;
+  double criterion = INFINITY;  // Akaike's
+
+  int pieces() const { return static_cast<int>(breaks.size()) - 1; }
 };
+
+constexpr double kMostPieces = 0.25, kMostHalved = 0.4;  // of the rows
+
+// The best that these pieces do, with constant acceleration; from a point of other pieces, if one
+// is given.
+std::optional<Candidate> fit_pieces(const DelayProblem& problem, const DelayRows& rows,
+                                    std::vector<double> breaks, double delay_s,
+                                    const Eigen::VectorXd& known) {
+  constexpr int kMostIterations = 60;
+  const DelayModel model(problem, rows, CubicSpline(breaks));
+  Eigen::VectorXd start = model.start(delay_s);
+  if (known.size() > 0) start.head<kDelayParameters>() = known.head<kDelayParameters>();
+  DelayModel::Point point = model.minimise(start, false, 1);
+  point = model.minimise(point.value, true, kMostIterations);
+  if (!point.converged) return std::nullopt;
+  Candidate found{std::move(point.value), std::move(breaks)};
+  found.criterion = model.residuals(found.value).squaredNorm() + 2.0 * found.pieces();
+  return found;
+}
+
+// What the pieces leave of their rows.
+struct Leftover {
+  std::vector<std::size_t> piece;       // of each row
+  std::vector<double> squares, counts;  // of each piece
+
+  // Whether it is more than noise leaves.
+  bool poor(std::size_t at) const {
+    constexpr double kSigmas = 4.0;
+    return squares[at] > counts[at] + kSigmas * std::sqrt(2.0 * std::max(counts[at], 1.0));
+  }
+};
+
+Leftover leftover(const DelayProblem& problem, const DelayRows& rows, const Candidate& known) {
+  const DelayModel model(problem, rows, CubicSpline(known.breaks));
+  const Eigen::VectorXd residuals = model.residuals(known.value);
+  const auto pieces = static_cast<std::size_t>(known.pieces());
+  Leftover found{{}, std::vector<double>(pieces), std::vector<double>(pieces)};
+  for (std::size_t i = 0; i < rows.rows.size(); ++i) {
+    const double way_s = model.way_s(rows.rows[i], known.value);
+    const auto piece = static_cast<std::size_t>(
+        std::upper_bound(known.breaks.begin() + 1, known.breaks.end() - 1, way_s) -
+        known.breaks.begin() - 1);
+    found.piece.push_back(piece);
+    found.squares[piece] += std::pow(residuals[static_cast<Eigen::Index>(i)], 2);
+    found.counts[piece] += 1.0;
+  }
+  return found;
+}
+
+// Halves of the poor pieces; as they were where there are none, or where halves would be shorter
+// than a block.
+std::vector<double> halved(const DelayProblem& problem, const DelayRows& rows,
+                           const Candidate& known) {
+  const Leftover left = leftover(problem, rows, known);
+  const std::vector<double>& breaks = known.breaks;
+  std::vector<double> finer{breaks.front()};
+  for (std::size_t piece = 0; piece + 1 < breaks.size(); ++piece) {
+    if (left.poor(piece) && breaks[piece + 1] - breaks[piece] > 2.0 * rows.block_s)
+      finer.push_back(0.5 * (breaks[piece] + breaks[piece + 1]));
+    finer.push_back(breaks[piece + 1]);
+  }
+  return finer;
+}
+
+// Where few pieces are too long for bends of the light, what they leave would be taken for motion:
+// rows there, and in the pieces beside, are as unsure as they scatter. Light that is unlike
+// throughout stays as it is.
+bool doubt_bends(const DelayProblem& problem, const Candidate& known, DelayRows& rows) {
+  constexpr double kFew = 0.2;  // of the rows
+  const Leftover left = leftover(problem, rows, known);
+  std::vector<double> factors(left.squares.size(), 1.0);
+  for (std::size_t piece = 0; piece < factors.size(); ++piece) {
+    if (!left.poor(piece)) continue;
+    const double factor = std::sqrt(left.squares[piece] / std::max(1.0, 0.5 * left.counts[piece]));
+    for (std::size_t near = piece > 0 ? piece - 1 : 0;
+         near <= std::min(piece + 1, factors.size() - 1); ++near)
+      factors[near] = std::max(factors[near], factor);
+  }
+  double doubted = 0.0;
+  for (const std::size_t piece : left.piece) doubted += factors[piece] > 1.0;
+  if (doubted == 0.0 || doubted > kFew * static_cast<double>(rows.rows.size())) return false;
+  for (std::size_t i = 0; i < rows.rows.size(); ++i) rows.rows[i].sigma *= factors[left.piece[i]];
+  return true;
+}
+
+// Akaike's criterion goes on falling where the light bends sharply, as where a view fades out.
+Candidate refined(const DelayProblem& problem, const DelayRows& rows, Candidate best,
+                  double delay_s) {
+  constexpr int kRounds = 8;
+  const auto n = static_cast<double>(rows.rows.size());
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<double> finer = halved(problem, rows, best);
+    if (finer.size() == best.breaks.size() || static_cast<double>(finer.size()) > kMostHalved * n)
+      break;
+    auto found = fit_pieces(problem, rows, std::move(finer), delay_s, best.value);
+    if (!found || !(found->criterion < best.criterion)) break;
+    best = std::move(*found);
+  }
+  return best;
+}
 
 // Constant acceleration, and as many pieces as lower Akaike's information criterion.
 Outcome<Candidate> best_curve(const DelayProblem& problem, const DelayRows& rows, double delay_s) {
-  Outcome<Candidate> best = Miss::too_few_samples;
-  double least = INFINITY;
+  std::optional<Candidate> best;
   int worse = 0;
+  bool tried = false;
   const auto n = static_cast<double>(rows.rows.size());
   Eigen::VectorXd last;
   for (const int pieces : kPieces) {
-    if (static_cast<double>(pieces) > 0.25 * n) break;
-    const CubicSpline curve(breaks_of(rows, delay_s, pieces));
-    const DelayModel model(problem, rows, curve);
-    Eigen::VectorXd start = model.start(delay_s);
-    if (last.size() > 0) start.head<kDelayParameters>() = last;
-    DelayModel::Point point = model.minimise(start, false, 1);
-    constexpr int kMostIterations = 60;
-    point = model.minimise(point.value, true, kMostIterations);
-    if (!point.converged) {
-      if (std::holds_alternative<Miss>(best)) best = Miss::not_converged;
-      continue;
-    }
-    last = point.value.head<kDelayParameters>();
-    const double criterion = model.residuals(point.value).squaredNorm() + 2.0 * pieces;
-    if (!(criterion < least)) {
+    if (static_cast<double>(pieces) > kMostPieces * n) break;
+    tried = true;
+    auto found = fit_pieces(problem, rows, breaks_of(rows, delay_s, pieces), delay_s, last);
+    if (!found) continue;
+    last = found->value;
+    if (best && !(found->criterion < best->criterion)) {
       constexpr int kEnoughWorse = 2;
       if (++worse == kEnoughWorse) break;
       continue;
     }
     worse = 0;
-    least = criterion;
-    best = Candidate{std::move(point.value), curve, pieces};
+    best = std::move(found);
   }
-  return best;
+  if (!best) return tried ? Miss::not_converged : Miss::too_few_samples;
+  return refined(problem, rows, std::move(*best), delay_s);
 }
 
 // Whether both photodiodes saw for the most part one stretch of the road: else one curve is any two
@@ -331,9 +448,15 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   const double delay_s = scan_delay_s(problem, rows);
   if (!(delay_s > 0.0)) return Miss::too_few_samples;
   set_angles(problem, delay_s, rows);
-  const auto outcome = best_curve(problem, rows, delay_s);
+  auto outcome = best_curve(problem, rows, delay_s);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
-  const auto& [constant, curve, pieces] = std::get<Candidate>(outcome);
+  Candidate& known = std::get<Candidate>(outcome);
+  constexpr int kDoubts = 3;
+  for (int round = 0; round < kDoubts && doubt_bends(problem, known, rows); ++round)
+    if (auto again = fit_pieces(problem, rows, known.breaks, delay_s, known.value))
+      known = std::move(*again);
+  const Eigen::VectorXd& constant = known.value;
+  const CubicSpline curve(known.breaks);
 
   const std::vector<double> steps_s = delay_steps_s(rows);
   if (steps_s.empty()) return Miss::below_noise;
@@ -348,7 +471,7 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   fit.chi2_per_dof = residuals.squaredNorm() / std::max(1.0, n - unknowns);
   fit.sigma_factor =
       std::sqrt(std::max(motion->noise_factor, variance_factor(rows, residuals, unknowns)));
-  fit.pieces = pieces;
+  fit.pieces = known.pieces();
   const double steady_chi2 = DelayModel(problem, rows, curve).residuals(constant).squaredNorm();
   fit.wander_chi2 = (steady_chi2 - residuals.squaredNorm()) / motion->noise_factor;
   fit.mean_acceleration_mps2 = (model.motion_at(motion->value, steps_s.back()).speed_mps -
@@ -376,7 +499,7 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   fit.gain_chi2 = gain_chi2(problem.log_ratio, *motion);
   put_speed(problem, rows, model, *motion, fit);
   constexpr double kNoDelay = 0.3, kToldFromNone = 36.0;  // of chi-square
-  const double told = chi2_of_no_delay(problem, rows, pieces) - residuals.squaredNorm();
+  const double told = chi2_of_no_delay(problem, rows, known.pieces()) - residuals.squaredNorm();
   if (!(fit.speed.std_mps < kNoDelay * fit.speed.speed_mps) ||
       !(told > kToldFromNone * fit.sigma_factor * fit.sigma_factor))
     return Miss::too_uncertain;

@@ -54,14 +54,22 @@ std::vector<int> DelayModel::free(bool move_delay) const {
   return found;
 }
 
-DelayModel::Light DelayModel::light_of(const DelayRows::Row& row,
-                                       const Eigen::VectorXd& value) const {
-  const double delay_s = std::exp(value[kLogDelay]);
-  Light found;
+double DelayModel::way_s(const DelayRows::Row& row, const Eigen::VectorXd& value) const {
+  return row.tau_s * (1.0 + 0.5 * value[kAlpha] * row.tau_s) + by_log_delay(row, value);
+}
+
+double DelayModel::by_log_delay(const DelayRows::Row& row, const Eigen::VectorXd& value) const {
   double departed_m = 0.0;
   for (std::size_t k = 0; k < steps_.size(); ++k)
     departed_m += value[first_step() + static_cast<int>(k)] * steps_[k].way(row.tau_s);
-  found.by_log_delay = delay_s * ((row.far ? 1.0 : 0.0) + departed_m / problem_.baseline_m.mean);
+  return std::exp(value[kLogDelay]) *
+         ((row.far ? 1.0 : 0.0) + departed_m / problem_.baseline_m.mean);
+}
+
+DelayModel::Light DelayModel::light_of(const DelayRows::Row& row,
+                                       const Eigen::VectorXd& value) const {
+  Light found;
+  found.by_log_delay = by_log_delay(row, value);
   found.local = curve_.at(row.tau_s * (1.0 + 0.5 * value[kAlpha] * row.tau_s) + found.by_log_delay);
   if (row.far) found.gain = std::exp(value[kLogFarGain]);
   for (std::size_t k = 0; k < 4; ++k) {

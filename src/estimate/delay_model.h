@@ -62,6 +62,8 @@ class DelayModel {
   /// Puts the curve and the ambient levels where the rest asks for them, in which all is linear;
   /// the cost there.
   double refit(Eigen::VectorXd& value) const;
+  /// Where on the curve a row is read.
+  double way_s(const DelayRows::Row& row, const Eigen::VectorXd& value) const;
   /// Residuals of the rows, whitened.
   Eigen::VectorXd residuals(const Eigen::VectorXd& value) const;
   std::vector<int> free(bool move_delay) const;
@@ -81,6 +83,7 @@ class DelayModel {
     double by_log_delay = 0.0;  // of the way driven over the speed
     double gain = 1.0, light = 0.0, slope = 0.0;
   };
+  double by_log_delay(const DelayRows::Row& row, const Eigen::VectorXd& value) const;
   Light light_of(const DelayRows::Row& row, const Eigen::VectorXd& value) const;
   void add_priors(Point& point, bool with_derivatives) const;
 
