@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
+#include "estimate/delay_curve.h"
 #include "estimate/delay_motion.h"
 
 namespace vildar {
@@ -12,12 +12,11 @@ namespace {
 constexpr std::size_t kFewestBlocks = 12;  // of one side
 constexpr double kSlowest_mps = 1.0, kFastest_mps = 100.0;
 constexpr int kScanPieces = 12;
-constexpr std::array<int, 7> kPieces{9, 14, 21, 32, 48, 72, 108};
 
 // What pieces as long as a block may miss of each block's light: a share of its fourth differences,
 // of which a cubic has none. Across a gap there are none.
 std::vector<double> unresolved_w(const std::vector<PowerBlock>& blocks) {
-  constexpr double kShare = 0.05;
+  constexpr double kShare = 0.03;
   constexpr std::ptrdiff_t kReach = 2;
   const auto n = static_cast<std::ptrdiff_t>(blocks.size());
   std::vector<double> missed_w(blocks.size(), 0.0);
@@ -70,52 +69,6 @@ DelayRows rows_of(const DelayProblem& problem) {
   return rows;
 }
 
-// Time and relative rise and fall of the near pulse so far: its root up to the peak, and beyond it
-// what it has lost. Only ever grows, so noise adds nothing to it.
-std::vector<std::pair<double, double>> rise_of(const DelayRows& rows) {
-  std::vector<std::pair<double, double>> path;
-  for (const DelayRows::Row& row : rows.rows)
-    if (!row.far) path.emplace_back(row.tau_s, row.root);
-  const auto peak = std::max_element(
-      path.begin(), path.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  const double top = peak->second;
-  for (auto at = path.begin(); at != peak; ++at)
-    if (at != path.begin()) at->second = std::max(at->second, std::prev(at)->second);
-  double highest_later = 0.0;
-  for (auto at = std::prev(path.end()); at > peak; --at) {
-    highest_later = std::max(highest_later, at->second);
-    at->second = 2.0 * top - highest_later;
-  }
-  return path;
-}
-
-// Breaks of the curve, closer where the light changes faster, but not so close that the blocks of
-// either side could follow it without regard to the other's.
-std::vector<double> breaks_of(const DelayRows& rows, double delay_s, int pieces) {
-  constexpr double kRise = 1.5;  // pieces of the rise over those of the time
-  auto path = rise_of(rows);     // u, share of the way
-  const double span_s = rows.last_s - rows.first_s + delay_s;
-  for (auto& [tau_s, share] : path) share = (tau_s - rows.first_s) / span_s + kRise * share;
-  const double first = rows.first_s, last = rows.last_far_s + delay_s > rows.last_s
-                                                ? rows.last_far_s + delay_s
-                                                : rows.last_s;
-  if (last > path.back().first) path.emplace_back(last, path.back().second + 1.0 / pieces);
-  if (first < path.front().first) path.emplace(path.begin(), first, 0.0);
-  std::vector<double> breaks{first};
-  std::size_t i = 0;
-  for (int piece = 1; piece < pieces; ++piece) {
-    const double wanted = path.front().second + (path.back().second - path.front().second) *
-                                                    static_cast<double>(piece) / pieces;
-    while (i + 2 < path.size() && path[i + 1].second < wanted) ++i;
-    const double share =
-        std::clamp((wanted - path[i].second) / (path[i + 1].second - path[i].second), 0.0, 1.0);
-    const double u = path[i].first + share * (path[i + 1].first - path[i].first);
-    if (u > breaks.back() + rows.block_s && u < last - rows.block_s) breaks.push_back(u);
-  }
-  breaks.push_back(last);
-  return breaks;
-}
-
 // Under what angle off the road the far photodiode sees the vehicle, at a constant speed. Headlamps
 // shine ahead: their light is gone at about half a right angle.
 void set_angles(const DelayProblem& problem, double delay_s, DelayRows& rows) {
@@ -137,7 +90,7 @@ double scan_delay_s(const DelayProblem& problem, const DelayRows& rows) {
   for (double speed_mps = kFastest_mps; speed_mps > kSlowest_mps; speed_mps /= kStep) {
     const double delay_s = problem.baseline_m.mean / speed_mps;
     if (delay_s > 0.5 * (rows.last_s - rows.first_s)) break;
-    const DelayModel model(problem, rows, CubicSpline(breaks_of(rows, delay_s, kScanPieces)));
+    const DelayModel model(problem, rows, CubicSpline(delay_breaks(rows, delay_s, kScanPieces)));
     const double cost = model.minimise(model.start(delay_s), false, 1).cost;
     if (cost < least) {
       least = cost;
@@ -165,139 +118,6 @@ double variance_factor(const DelayRows& rows, const Eigen::VectorXd& residuals, 
   const double lag = product / pairs / (square / n) + unknowns / n;
   const double standing_out = lag > 2.0 / std::sqrt(pairs) ? std::min(lag, kHighest) : 0.0;
   return std::max(1.0, chi2) * (1.0 + standing_out) / (1.0 - standing_out);
-}
-
-struct Candidate {
-  Eigen::VectorXd value;
-  std::vector<double> breaks;
-  double criterion = INFINITY;  // Akaike's
-
-  int pieces() const { return static_cast<int>(breaks.size()) - 1; }
-};
-
-constexpr double kMostPieces = 0.25, kMostHalved = 0.4;  // of the rows
-
-// The best that these pieces do, with constant acceleration; from a point of other pieces, if one
-// is given.
-std::optional<Candidate> fit_pieces(const DelayProblem& problem, const DelayRows& rows,
-                                    std::vector<double> breaks, double delay_s,
-                                    const Eigen::VectorXd& known) {
-  constexpr int kMostIterations = 60;
-  const DelayModel model(problem, rows, CubicSpline(breaks));
-  Eigen::VectorXd start = model.start(delay_s);
-  if (known.size() > 0) start.head<kDelayParameters>() = known.head<kDelayParameters>();
-  DelayModel::Point point = model.minimise(start, false, 1);
-  point = model.minimise(point.value, true, kMostIterations);
-  if (!point.converged) return std::nullopt;
-  Candidate found{std::move(point.value), std::move(breaks)};
-  found.criterion = model.residuals(found.value).squaredNorm() + 2.0 * found.pieces();
-  return found;
-}
-
-// What the pieces leave of their rows.
-struct Leftover {
-  std::vector<std::size_t> piece;       // of each row
-  std::vector<double> squares, counts;  // of each piece
-
-  // Whether it is more than noise leaves.
-  bool poor(std::size_t at) const {
-    constexpr double kSigmas = 4.0;
-    return squares[at] > counts[at] + kSigmas * std::sqrt(2.0 * std::max(counts[at], 1.0));
-  }
-};
-
-Leftover leftover(const DelayProblem& problem, const DelayRows& rows, const Candidate& known) {
-  const DelayModel model(problem, rows, CubicSpline(known.breaks));
-  const Eigen::VectorXd residuals = model.residuals(known.value);
-  const auto pieces = static_cast<std::size_t>(known.pieces());
-  Leftover found{{}, std::vector<double>(pieces), std::vector<double>(pieces)};
-  for (std::size_t i = 0; i < rows.rows.size(); ++i) {
-    const double way_s = model.way_s(rows.rows[i], known.value);
-    const auto piece = static_cast<std::size_t>(
-        std::upper_bound(known.breaks.begin() + 1, known.breaks.end() - 1, way_s) -
-        known.breaks.begin() - 1);
-    found.piece.push_back(piece);
-    found.squares[piece] += std::pow(residuals[static_cast<Eigen::Index>(i)], 2);
-    found.counts[piece] += 1.0;
-  }
-  return found;
-}
-
-// Halves of the poor pieces; as they were where there are none, or where halves would be shorter
-// than a block.
-std::vector<double> halved(const DelayProblem& problem, const DelayRows& rows,
-                           const Candidate& known) {
-  const Leftover left = leftover(problem, rows, known);
-  const std::vector<double>& breaks = known.breaks;
-  std::vector<double> finer{breaks.front()};
-  for (std::size_t piece = 0; piece + 1 < breaks.size(); ++piece) {
-    if (left.poor(piece) && breaks[piece + 1] - breaks[piece] > 2.0 * rows.block_s)
-      finer.push_back(0.5 * (breaks[piece] + breaks[piece + 1]));
-    finer.push_back(breaks[piece + 1]);
-  }
-  return finer;
-}
-
-// Where few pieces are too long for bends of the light, what they leave would be taken for motion:
-// rows there, and in the pieces beside, are as unsure as they scatter. Light that is unlike
-// throughout stays as it is.
-bool doubt_bends(const DelayProblem& problem, const Candidate& known, DelayRows& rows) {
-  constexpr double kFew = 0.2;  // of the rows
-  const Leftover left = leftover(problem, rows, known);
-  std::vector<double> factors(left.squares.size(), 1.0);
-  for (std::size_t piece = 0; piece < factors.size(); ++piece) {
-    if (!left.poor(piece)) continue;
-    const double factor = std::sqrt(left.squares[piece] / std::max(1.0, 0.5 * left.counts[piece]));
-    for (std::size_t near = piece > 0 ? piece - 1 : 0;
-         near <= std::min(piece + 1, factors.size() - 1); ++near)
-      factors[near] = std::max(factors[near], factor);
-  }
-  double doubted = 0.0;
-  for (const std::size_t piece : left.piece) doubted += factors[piece] > 1.0;
-  if (doubted == 0.0 || doubted > kFew * static_cast<double>(rows.rows.size())) return false;
-  for (std::size_t i = 0; i < rows.rows.size(); ++i) rows.rows[i].sigma *= factors[left.piece[i]];
-  return true;
-}
-
-// Akaike's criterion goes on falling where the light bends sharply, as where a view fades out.
-Candidate refined(const DelayProblem& problem, const DelayRows& rows, Candidate best,
-                  double delay_s) {
-  constexpr int kRounds = 8;
-  const auto n = static_cast<double>(rows.rows.size());
-  for (int round = 0; round < kRounds; ++round) {
-    std::vector<double> finer = halved(problem, rows, best);
-    if (finer.size() == best.breaks.size() || static_cast<double>(finer.size()) > kMostHalved * n)
-      break;
-    auto found = fit_pieces(problem, rows, std::move(finer), delay_s, best.value);
-    if (!found || !(found->criterion < best.criterion)) break;
-    best = std::move(*found);
-  }
-  return best;
-}
-
-// Constant acceleration, and as many pieces as lower Akaike's information criterion.
-Outcome<Candidate> best_curve(const DelayProblem& problem, const DelayRows& rows, double delay_s) {
-  std::optional<Candidate> best;
-  int worse = 0;
-  bool tried = false;
-  const auto n = static_cast<double>(rows.rows.size());
-  Eigen::VectorXd last;
-  for (const int pieces : kPieces) {
-    if (static_cast<double>(pieces) > kMostPieces * n) break;
-    tried = true;
-    auto found = fit_pieces(problem, rows, breaks_of(rows, delay_s, pieces), delay_s, last);
-    if (!found) continue;
-    last = found->value;
-    if (best && !(found->criterion < best->criterion)) {
-      constexpr int kEnoughWorse = 2;
-      if (++worse == kEnoughWorse) break;
-      continue;
-    }
-    worse = 0;
-    best = std::move(found);
-  }
-  if (!best) return tried ? Miss::not_converged : Miss::too_few_samples;
-  return refined(problem, rows, std::move(*best), delay_s);
 }
 
 // Whether both photodiodes saw for the most part one stretch of the road: else one curve is any two
@@ -435,7 +255,7 @@ double chi2_of_no_delay(const DelayProblem& problem, const DelayRows& rows, int 
   constexpr double kNone_s = 1e-6;
   DelayProblem any_level = problem;
   for (DelaySide* side : {&any_level.near, &any_level.far}) side->ambient_w.std = rows.unit_w;
-  const DelayModel model(any_level, rows, CubicSpline(breaks_of(rows, kNone_s, pieces)));
+  const DelayModel model(any_level, rows, CubicSpline(delay_breaks(rows, kNone_s, pieces)));
   return model.residuals(model.minimise(model.start(kNone_s), false, 1).value).squaredNorm();
 }
 
@@ -448,13 +268,9 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   const double delay_s = scan_delay_s(problem, rows);
   if (!(delay_s > 0.0)) return Miss::too_few_samples;
   set_angles(problem, delay_s, rows);
-  auto outcome = best_curve(problem, rows, delay_s);
+  const auto outcome = best_delay_curve(problem, rows, delay_s);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
-  Candidate& known = std::get<Candidate>(outcome);
-  constexpr int kDoubts = 3;
-  for (int round = 0; round < kDoubts && doubt_bends(problem, known, rows); ++round)
-    if (auto again = fit_pieces(problem, rows, known.breaks, delay_s, known.value))
-      known = std::move(*again);
+  const DelayCurve& known = std::get<DelayCurve>(outcome);
   const Eigen::VectorXd& constant = known.value;
   const CubicSpline curve(known.breaks);
 

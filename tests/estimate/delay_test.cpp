@@ -71,24 +71,35 @@ TEST(DelayBound, IsThatOfTheLagOfTwoLikeCurves) {
   EXPECT_NEAR(bound.relative_speed(2.0) / (lag_std_s * vehicle.speed_mps / 2.0), 1.0, kNear);
 }
 
-// Light that grows until the lamps vanish from the photodiode's view at full light.
-Pair vanishing(double speed_mps, double ahead_m, double edge_m, double noise_w, Random& random) {
-  constexpr double kPeriod_s = 1e-3, kAside2_m2 = 27.0;
+constexpr double kAside2_m2 = 27.0;
+
+/// A vehicle that comes from `ahead_m` at constant speed; `light_w` of how far it still has to go.
+template <class Light>
+Pair coming(double speed_mps, double ahead_m, double noise_w, double period_s, Light light_w,
+            Random& random) {
   Pair pair;
   for (PowerTrace* trace : {&pair.near, &pair.far}) {
     const bool far = trace == &pair.far;
     trace->photodiode = far ? 1 : 0;
-    trace->sample_period_s = kPeriod_s;
+    trace->sample_period_s = period_s;
     trace->noise_sigma_w = noise_w;
     trace->ambient_sigma_w = 0.1 * noise_w;
-    for (double t_s = 0.0; t_s < ahead_m / speed_mps; t_s += kPeriod_s) {
+    for (double t_s = 0.0; t_s < ahead_m / speed_mps; t_s += period_s) {
       const double to_go_m = ahead_m - (far ? 2.0 : 0.0) - speed_mps * t_s;
-      const double light_w = to_go_m > edge_m ? 100.0 / (to_go_m * to_go_m + kAside2_m2) : 0.0;
       trace->time_s.push_back(t_s);
-      trace->power_w.push_back(static_cast<float>(light_w + noise_w * random.normal()));
+      trace->power_w.push_back(static_cast<float>(light_w(to_go_m) + noise_w * random.normal()));
     }
   }
   return pair;
+}
+
+// Light that grows until the lamps vanish from the photodiode's view at full light.
+Pair vanishing(double speed_mps, double ahead_m, double edge_m, double noise_w, Random& random) {
+  constexpr double kPeriod_s = 1e-3;
+  const auto light_w = [edge_m](double to_go_m) {
+    return to_go_m > edge_m ? 100.0 / (to_go_m * to_go_m + kAside2_m2) : 0.0;
+  };
+  return coming(speed_mps, ahead_m, noise_w, kPeriod_s, light_w, random);
 }
 
 TEST(Delay, AnEdgeIsNoNoise) {
@@ -118,6 +129,38 @@ TEST(Delay, AnEdgeTellsNoDelay) {
     const auto& speed = std::get<DelayFit>(outcome).speed;
     EXPECT_LT(std::abs(speed.speed_mps - speed_mps), 4.0 * speed.std_mps) << trial;
   }
+}
+
+// Neither where the view fades out over so many degrees before its rim, nor where blocks hold a
+// metre of road, as at 100 Hz: the light bends faster than the curve, which is no change of speed.
+TEST(Delay, SharpBendsOfTheLightAreNoMotion) {
+  constexpr int kTrials = 24;
+  constexpr double kRim_rad = 1.134, kNoise_w = 5e-4;
+  const Site site = simulated::two_photodiodes(2.0);
+  Random random(12);
+  for (const double fade_deg : {15.0, 25.0, 35.0})
+    for (const double period_s : {1e-2, 5e-3, 1e-3}) {
+      const auto light_w = [&](double to_go_m) {
+        if (to_go_m <= 0.0) return 0.0;
+        const double aside_rad = std::atan2(std::sqrt(kAside2_m2), to_go_m);
+        const double u =
+            std::clamp((kRim_rad - aside_rad) / radians_from_degrees(fade_deg), 0.0, 1.0);
+        return u * u * (3.0 - 2.0 * u) * 100.0 / (to_go_m * to_go_m + kAside2_m2);
+      };
+      int inside = 0;
+      for (int trial = 0; trial < kTrials; ++trial) {
+        const double speed_mps = random.uniform(8.0, 35.0);
+        const double noise_w = kNoise_w * std::sqrt(1e-3 / period_s);
+        const Pair pair = coming(speed_mps, 60.0, noise_w, period_s, light_w, random);
+        const auto outcome = pair.speed(site);
+        if (!std::holds_alternative<DelayFit>(outcome)) continue;
+        const SpeedEstimate& speed = std::get<DelayFit>(outcome).speed;
+        inside += std::abs(speed.speed_mps - speed_mps) < 2.0 * speed.std_mps;
+        EXPECT_LT(std::abs(speed.speed_mps - speed_mps), 4.0 * speed.std_mps)
+            << fade_deg << " degrees, " << period_s << " s, " << speed_mps << " m/s";
+      }
+      EXPECT_GE(inside, kTrials - 4) << fade_deg << " degrees, " << period_s << " s";
+    }
 }
 
 // A bar before each photodiode parts the light into stretches, of which each keeps another.
