@@ -71,6 +71,7 @@ bool says_less(const VehicleEstimate& one, const VehicleEstimate& other) {
 struct Together {
   std::vector<double> carrier_m, upper_m;
   double in_line = 0.0;
+  double mean_off_m = 0.0;  // across, where the carrier is
 };
 
 Together seen_together(const VehicleEstimate& upper, const VehicleEstimate& carrier) {
@@ -87,10 +88,13 @@ Together seen_together(const VehicleEstimate& upper, const VehicleEstimate& carr
     if (upper_down < kLeastDown_rad || carrier_down < kLeastDown_rad) continue;
     const double off_rad = a->bearing_rad->x() - b.bearing_rad->x();
     seen.in_line += std::abs(*b.range_m * off_rad) < kBeside_m;
+    seen.mean_off_m += *b.range_m * off_rad;
     seen.carrier_m.push_back(*b.range_m);
     seen.upper_m.push_back(*b.range_m * std::tan(carrier_down) / std::tan(upper_down));
   }
-  if (!seen.carrier_m.empty()) seen.in_line /= static_cast<double>(seen.carrier_m.size());
+  const auto count = static_cast<double>(std::max<std::size_t>(1, seen.carrier_m.size()));
+  seen.in_line /= count;
+  seen.mean_off_m /= count;
   return seen;
 }
 
@@ -150,6 +154,7 @@ bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, doub
   constexpr double kLowest_m = 0.6, kHighest_m = 3.6;  // of the lamps over headlamps
   constexpr double kLeastBack_m = -2.0, kMostBack_m = 5.0, kMostBackSigma_m = 2.0;
   constexpr double kNearer = 1.3, kInLine = 0.8, kSigmas = 3.0;
+  constexpr double kAbove_m = 0.35, kFaster = 2.5, kFastest_mps = 60.0;
   constexpr std::size_t kFewest = 10;
   if (over_lamps_m < kHighCamera_m || upper.trajectories.empty() || carrier.trajectories.empty() ||
       upper.result.direction != carrier.result.direction)
@@ -171,6 +176,11 @@ bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, doub
       std::sqrt((y - offset_m - factor * x).square().sum() / std::max(count - 2.0, 1.0));
   const double factor_sigma = residual_m / std::sqrt(spread);
   const double offset_sigma_m = std::hypot(residual_m / std::sqrt(count), factor_sigma * x.mean());
+  // A faster vehicle in the next lane that passes the camera at once with the other is in line with
+  // it, too; not right above it, nor so much faster.
+  const bool drives_so = !upper.result.lane.empty() && std::abs(seen.mean_off_m) > kAbove_m &&
+                         factor < kFaster && upper.result.speed.speed_mps < kFastest_mps;
+  if (drives_so) return false;
   const double over_m = over_lamps_m * (1.0 - 1.0 / factor), back_m = offset_m / factor;
   return factor - 1.0 > kSigmas * factor_sigma && over_m > kLowest_m && over_m < kHighest_m &&
          back_m > kLeastBack_m && back_m < kMostBack_m &&

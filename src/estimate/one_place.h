@@ -14,9 +14,11 @@ namespace vildar {
 bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other);
 
 /// Whether the lamps of `upper` move as lamps higher on the body of `carrier` would: from a camera
-/// high over the lamps those seem farther off, by a factor that stays, and as much faster. Never so
-/// for a vehicle of its own: it would have to reach the camera at once with the other, always in
-/// one line with it. `over_lamps_m` is the camera's height over headlamps.
+/// high over the lamps those seem farther off, by a factor that stays, and as much faster. A
+/// vehicle of its own would have to reach the camera at once with the other, always in one line
+/// with it, and drive beside all lanes, right above the other, or
+/// far faster. `over_lamps_m` is the camera's height
+/// over headlamps.
 bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, double over_lamps_m);
 
 /// Measured vehicles, held while another track may turn out to be of the same vehicle. Of two that

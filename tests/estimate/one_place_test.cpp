@@ -169,6 +169,16 @@ TEST(OnePlace, WhatFollowsOrOvertakesDoesNotRideOnAnother) {
   Vehicle faster = moved(kCar, 0.3 * kCar.along_m, -3.0);
   faster.speed_mps *= 1.3;
   EXPECT_FALSE(rides_on(estimate_of(3, faster, Frames::all), car, kOverLamps_m));
+  // In one line with it throughout, but in a lane.
+  Site site = mast_site(5.0);
+  site.road.lanes.push_back({"middle", {-6.3, 0.3}, 3.5, Direction::oncoming});
+  Vehicle beyond = kCar;
+  beyond.speed_mps *= 1.8;
+  beyond.along_m *= 1.8;
+  beyond.lateral_m = -6.3;
+  const VehicleEstimate real = estimate_of(4, beyond, Frames::all, kLong, site);
+  ASSERT_EQ(real.result.lane, "middle");
+  EXPECT_FALSE(rides_on(real, car, kOverLamps_m));
 }
 
 TEST(MeasuredVehicles, OfOneSeenTwiceTheBetterSpeedStands) {
