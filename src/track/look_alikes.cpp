@@ -32,10 +32,9 @@ bool moves_with(const Lamp& lamp, const Lamp& reference) {
 }
 
 // How many lamp heights `lamp` stands below `source`, where it is in its column, no brighter, and
-// moves along with it: not where the one stands in the world and the other does not.
+// moves along with it.
 std::optional<double> heights_below(const Lamp& lamp, const Lamp& source, const RoadView& view) {
   constexpr double kColumn_m = 0.2, kColumn_px = 1.5, kBrighterLn = 0.3;
-  if (source.fixed && !lamp.fixed) return std::nullopt;
   // Of clipped lights the larger one, not the stronger one, seems brighter.
   const bool clipped = lamp.records.back().sighting.saturated_px > 0 &&
                        source.records.back().sighting.saturated_px > 0;
@@ -120,8 +119,7 @@ bool lit_by(const Lamp& lamp, const Lamp& source, const RoadView& view) {
   constexpr double kNearest_m = 1.0, kFarthest_m = 22.0, kBeside_m = 1.8;
   constexpr double kWider = 1.4, kFainterLn = 2.0;
   const double height_m = view.height_over_lamps_m() + view.lamp_height_m();
-  if (view.height_over_lamps_m() < kHighCamera_m || source.kind() == LampKind::taillamp ||
-      (source.fixed && !lamp.fixed))
+  if (view.height_over_lamps_m() < kHighCamera_m || source.kind() == LampKind::taillamp)
     return false;
   const auto width_px = [](const Lamp& one) {
     const PixelBox& box = one.records.back().sighting.box;

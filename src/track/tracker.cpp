@@ -154,7 +154,6 @@ void Tracker::Impl::find_turn(const BlobFrame& now) {
 // A vehicle whose pair has held for a second or so shows how strong lamps are here; what has not
 // moved yet may be a sign, or letters in the picture.
 void Tracker::Impl::learn_strength() {
-  constexpr double kMoved_px = 8.0;
   constexpr int kLongEnough = 20;
   constexpr double kGoodChi2 = 5.0;
   for (const auto& vehicle : vehicles_) {

@@ -86,14 +86,15 @@ bool motion_contradicts(const std::vector<PairLook>& looks, LampKind kind, const
   return closing_mps / kScaleDoubt - kSlow_mps > ego_mps;
 }
 
+constexpr double kMoved_m = 4.0;  // along the road, by less a light may seem to move that stands
+
 // A pair that stays where it was found, before a camera that stands: letters burnt into the
 // picture, a lit sign, a parked car.
 bool stays(const std::vector<PairLook>& looks, const RoadView& view) {
-  constexpr double kMoved_px = 8.0, kMoved_m = 4.0;
   std::vector<double> times_s, ranges_m, u_px, v_px;
   for (const PairLook& look : looks) {
     times_s.push_back(look.time_s);
-    ranges_m.push_back(view.separation_m() / look.width_per_depth);
+    ranges_m.push_back(1.0 / view.place(look.middle_px).inverse_depth_per_m);
     u_px.push_back(look.middle_px.x());
     v_px.push_back(look.middle_px.y());
   }
@@ -266,7 +267,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
 
 Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions& options,
                      const LightScale& lights, VehicleTrack& track) {
-  constexpr double kShare = 0.5, kMoved_px = 8.0, kMoved_m = 4.0, kSlow_mps = 3.0;
+  constexpr double kShare = 0.5, kSlow_mps = 3.0;
   constexpr int kFewestSingle = 8;
   constexpr double kSureLogOdds = 1.1;  // 3 to 1
   constexpr double kBelowHorizonSigmas = 2.0, kSpeedSigmas = 2.5;

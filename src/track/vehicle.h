@@ -62,6 +62,10 @@ bool outshines(const Lamp& left, const Lamp& right, const Vehicle& other, bool k
 /// stays.
 void cut_where_it_came_apart(Vehicle& gone);
 
+/// By less in the image a light may have moved though it stands: what it shines through shivers,
+/// coding shifts it.
+inline constexpr double kMoved_px = 8.0;
+
 enum class Verdict { vehicle, short_track, static_light, reflection, off_road, undecided };
 
 /// What a vehicle, or a light without a partner, turns out to be now that it is gone. The

@@ -271,6 +271,36 @@ TEST(TrackScene, TailLampsThatADashcamOvertakesDoNotContradict) {
   EXPECT_FALSE(outcome.tracks[0].direction_contradicts);
 }
 
+// Letters burnt into the picture, a sign: as far apart as lamps, and far brighter.
+TEST(TrackScene, PairsThatStayAreNoVehiclesAndHideNone) {
+  for (const double power : {1.0, 300.0}) {
+    Scene made = mast();
+    made.cars = {car(90, -4, -15), car(110, -7.5, -12)};
+    for (const double x_m : {35.0, 42.0, 50.0, 60.0}) {
+      made.cars.push_back(car(x_m, 4.0, 0.0));
+      made.cars.back().power = power;
+    }
+    made.duration_s = 6.0;
+    const auto outcome = scene::run(made);
+    EXPECT_EQ(outcome.tracks.size(), 2U) << power;
+    for (const int moving : {0, 1}) {
+      EXPECT_EQ(outcome.tracks_of(moving), 1) << power;
+      EXPECT_GE(outcome.recall(moving), 0.9) << power;
+    }
+    EXPECT_GE(outcome.counts.static_lights, 4) << power;
+  }
+}
+
+TEST(TrackScene, AVehicleThatWaitsAndGoesIsReported) {
+  Scene made = mast();
+  made.cars = {car(60, -4, -12)};
+  made.cars[0].stops_at_s = 1.0;
+  made.cars[0].starts_again_s = 9.0;
+  made.duration_s = 11.0;
+  const auto outcome = scene::run(made);
+  expect_each_car_once(outcome, 1, 0.9);
+}
+
 TEST(TrackScene, NothingButStreetLampsAndClutterIsNoVehicle) {
   for (const bool low : {false, true}) {
     Scene made = low ? dashcam(12.0) : mast();
