@@ -31,8 +31,7 @@ std::vector<std::pair<std::string, fs::path>> inputs_of(const RunOptions& option
                                                         const Site& site) {
   std::vector<std::pair<std::string, fs::path>> inputs{{"site", options.site}};
   if (site.ego && !site.ego->trace_path.empty()) inputs.emplace_back("ego", site.ego->trace_path);
-  if (site.channel && site.channel->beam.ends_with(".ies"))
-    inputs.emplace_back("beam", site.channel->beam);
+  if (site.channel && site.channel->beam_is_file()) inputs.emplace_back("beam", site.channel->beam);
   if (options.clip) inputs.emplace_back("clip", *options.clip);
   if (options.photodiode) inputs.emplace_back("photodiode", *options.photodiode);
   return inputs;
@@ -171,7 +170,7 @@ RunOutcome run_pipeline(const RunOptions& options) {
   const InterruptScope interruptible;
   const Site site = load_site(options.site);
   check_usage(options, site);
-  if (site.channel && site.channel->beam.ends_with(".ies")) (void)read_ies(site.channel->beam);
+  if (site.channel && site.channel->beam_is_file()) (void)read_ies(site.channel->beam);
 
   RunOutcome outcome;
   RunSummary& summary = outcome.summary;

@@ -188,8 +188,8 @@ void write_channel(std::string& out, const ChannelSite& channel) {
   out += "channel:\n";
   Lines lines(out, "  ", "  ");
   if (!channel.beam.empty()) {
-    const bool is_file = channel.beam != "low_beam" && channel.beam != "high_beam";
-    lines.put("beam", text_of(is_file ? fs::absolute(channel.beam).string() : channel.beam));
+    lines.put("beam",
+              text_of(channel.beam_is_file() ? fs::absolute(channel.beam).string() : channel.beam));
   } else {
     lines.put("gain_db", channel.gain_db);
     lines.put("path_loss_exponent", channel.path_loss_exponent);

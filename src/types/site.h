@@ -124,6 +124,7 @@ struct ChannelSite {
   double luminous_efficacy_lm_per_w = 300.0;
   Uncertain lamp_power_w{1.0, 0.0};
 
+  bool beam_is_file() const { return !beam.empty() && beam != "low_beam" && beam != "high_beam"; }
   bool operator==(const ChannelSite&) const = default;
 };
 
