@@ -12,6 +12,7 @@
 #include "optics/response.h"
 #include "pipelines/interrupt.h"
 #include "pipelines/progress.h"
+#include "track/road_view.h"
 
 namespace vildar {
 namespace {
@@ -74,13 +75,6 @@ AnnotatedSighting annotated(int track_id, const VehicleSighting& sighting) {
   return note;
 }
 
-/// Height of the camera over headlamps.
-double over_headlamps_m(const Site& site) {
-  constexpr double kUsualHeight_m = 0.68;
-  return site.camera->position_m[2].mean -
-         (site.lamps.height_m ? site.lamps.height_m->mean : kUsualHeight_m);
-}
-
 class Measuring {
  public:
   Measuring(const RunOptions& options, const Site& site, std::span<const PowerTrace> traces,
@@ -90,7 +84,7 @@ class Measuring {
         traces_(traces),
         tracks_(tracks),
         measurement_(measurement),
-        measured_(over_headlamps_m(site)) {}
+        measured_(RoadView(site).height_over_lamps_m()) {}
 
   void take(std::vector<VehicleTrack> ended, const Tracker& tracker) {
     for (VehicleTrack& track : ended) {

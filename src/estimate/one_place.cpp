@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 #include <string>
 #include <utility>
 
+#include "estimate/line_fit.h"
 #include "estimate/mixture.h"
 
 namespace vildar {
@@ -165,26 +167,25 @@ bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, doub
   const auto [nearest_m, farthest_m] = std::ranges::minmax(seen.carrier_m);
   if (farthest_m < kNearer * nearest_m) return false;
   // A line through the two: the factor is its slope, the lamps' distance behind the carrier's its
-  // offset.
-  const auto n = static_cast<Eigen::Index>(frames);
-  const Eigen::Map<const Eigen::ArrayXd> x(seen.carrier_m.data(), n), y(seen.upper_m.data(), n);
-  const double count = static_cast<double>(frames);
-  const double spread = (x - x.mean()).square().sum();
-  const double factor = ((x - x.mean()) * (y - y.mean())).sum() / spread;
-  const double offset_m = y.mean() - factor * x.mean();
-  const double residual_m =
-      std::sqrt((y - offset_m - factor * x).square().sum() / std::max(count - 2.0, 1.0));
-  const double factor_sigma = residual_m / std::sqrt(spread);
-  const double offset_sigma_m = std::hypot(residual_m / std::sqrt(count), factor_sigma * x.mean());
+  // intercept.
+  const auto line = fit_line(seen.carrier_m, seen.upper_m);
+  const auto* fit = std::get_if<LineFit>(&line);
+  if (!fit || fit->slope - 1.0 < kSigmas * fit->slope_sigma) return false;
+  const double factor = fit->slope, back_m = fit->intercept / factor;
+  const double mean_m = std::accumulate(seen.carrier_m.begin(), seen.carrier_m.end(), 0.0) /
+                        static_cast<double>(frames);
+  const double back_sigma_m =
+      std::hypot(fit->residual_sigma / std::sqrt(static_cast<double>(frames)),
+                 fit->slope_sigma * mean_m) /
+      factor;
   // A faster vehicle in the next lane that passes the camera at once with the other is in line with
   // it, too; not right above it, nor so much faster.
   const bool drives_so = !upper.result.lane.empty() && std::abs(seen.mean_off_m) > kAbove_m &&
                          factor < kFaster && upper.result.speed.speed_mps < kFastest_mps;
   if (drives_so) return false;
-  const double over_m = over_lamps_m * (1.0 - 1.0 / factor), back_m = offset_m / factor;
-  return factor - 1.0 > kSigmas * factor_sigma && over_m > kLowest_m && over_m < kHighest_m &&
-         back_m > kLeastBack_m && back_m < kMostBack_m &&
-         offset_sigma_m < kMostBackSigma_m * factor;
+  const double over_m = over_lamps_m * (1.0 - 1.0 / factor);
+  return over_m > kLowest_m && over_m < kHighest_m && back_m > kLeastBack_m &&
+         back_m < kMostBack_m && back_sigma_m < kMostBackSigma_m;
 }
 
 void MeasuredVehicles::add(VehicleEstimate estimate) {

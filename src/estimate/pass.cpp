@@ -258,14 +258,15 @@ Found delay_method(const PowerPass& pass, const Site& site, std::span<const Powe
   return found;
 }
 
-// Where no method measured: photodiodes that deny what the site says of them, else the first one's
+// Where no method's speed stands: photodiodes that deny what the site says of them, else the first
 // reason.
 const MethodResult& withheld_by(const std::vector<Found>& methods) {
-  const auto denied = std::ranges::find_if(methods, [](const Found& found) {
-    const Miss* miss = std::get_if<Miss>(&found.row.speed);
+  const auto withheld = [](const Found& found) { return std::get_if<Miss>(&found.row.speed); };
+  const auto denied = std::ranges::find_if(methods, [&](const Found& found) {
+    const Miss* miss = withheld(found);
     return miss && *miss == Miss::sensors_contradict;
   });
-  return (denied == methods.end() ? methods.front() : *denied).row;
+  return (denied == methods.end() ? *std::ranges::find_if(methods, withheld) : *denied).row;
 }
 
 // Light that no lamp under the channel's law explains, as a street lamp's or a cloud's: what else
@@ -302,11 +303,6 @@ void stand_by_surest(const std::vector<Found>& methods, VehicleResult& result) {
   if (mixed) {
     result.method = Method::delay_photodiodes;
     result.withheld = Miss::several_vehicles;
-    return;
-  }
-  if (!surest && law_denied) {
-    result.method = Method::ml_photodiode;
-    result.withheld = Miss::bad_fit;
     return;
   }
   if (!surest) {
