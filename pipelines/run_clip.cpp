@@ -5,7 +5,9 @@
 #include <limits>
 #include <memory>
 
+#include "core/text.h"
 #include "detect/detector.h"
+#include "estimate/frame_steps.h"
 #include "estimate/one_place.h"
 #include "estimate/steady_view.h"
 #include "estimate/vehicle.h"
@@ -116,6 +118,8 @@ class Measuring {
     write_before(needed_since_s);
   }
 
+  const FrameSteps& steps() const { return steps_; }
+
  private:
   /// A vehicle that ended, and as a camera at rest would have seen it where this one shakes.
   struct Ended {
@@ -146,6 +150,7 @@ class Measuring {
     if (own != lit_.end())
       offered = offer_power(lit_, static_cast<std::size_t>(own - lit_.begin()), site_, traces_);
     VehicleEstimate estimate = estimate_of(one, offered.power);
+    steps_.add(one.steady ? one.steady->track : track);
     if (offered.unexplained)
       estimate.result.warnings.push_back(
           "the photodiodes receive light that none of the vehicles in view explains, so the power "
@@ -157,8 +162,24 @@ class Measuring {
     measured_.add(std::move(estimate));
   }
 
+  // A speed that the time left out changes by half its sigma is not given.
+  void withhold_where_frames_miss(VehicleEstimate& estimate) const {
+    constexpr double kMostOfSigma = 0.5;
+    const VehicleResult& result = estimate.result;
+    if (result.withheld || estimate.rows.empty()) return;
+    const double share = steps_.missing_share(estimate.rows.front().sighting.frame,
+                                              estimate.rows.back().sighting.frame);
+    if (share * result.speed.speed_mps <= kMostOfSigma * result.speed.std_mps) return;
+    withhold(estimate, Miss::frames_missing,
+             {Method::geometry_camera, Method::fused, Method::power_slope_camera,
+              Method::curved_angle_camera},
+             "its lamps jump by whole frames' ways: some " + fixed_text(100.0 * share, 1) +
+                 " % of the frames are missing, and the time stamps go on as if none were");
+  }
+
   void write_before(double time_s) {
     for (VehicleEstimate& estimate : measured_.take_before(time_s)) {
+      withhold_where_frames_miss(estimate);
       tracks_.add(estimate.rows);
       measurement_.plots.push_back(plot_of(estimate));
       measurement_.vehicles.push_back(std::move(estimate.result));
@@ -172,6 +193,7 @@ class Measuring {
   ClipMeasurement& measurement_;
   std::vector<Ended> waiting_;
   MeasuredVehicles measured_;
+  FrameSteps steps_;
   std::vector<LitVehicle> lit_;
 };
 
@@ -218,6 +240,7 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
   measurement.info = clip.info();
   measurement.counts = clip.counts();
   measurement.track_counts = tracker.counts();
+  measurement.frame_steps = measuring.steps().all();
   const auto by_id = [](const auto& a, const auto& b) { return a.track_id < b.track_id; };
   std::sort(measurement.vehicles.begin(), measurement.vehicles.end(), by_id);
   std::sort(measurement.plots.begin(), measurement.plots.end(), by_id);

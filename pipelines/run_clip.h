@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "capture/clip_source.h"
+#include "estimate/frame_steps.h"
 #include "pipelines/run_pipeline.h"
 #include "pipelines/vehicle_power.h"
 #include "sink/csv_tables.h"
@@ -29,6 +30,7 @@ struct ClipMeasurement {
   ClipInfo info;
   ClipCounts counts;
   TrackCounts track_counts;
+  FrameSteps::Tally frame_steps;
   std::int64_t blobs = 0;
   double last_frame_s = 0.0;
   std::vector<VehicleResult> vehicles;  ///< by track id

@@ -91,6 +91,18 @@ void append(std::vector<std::string>& to, const std::vector<std::string>& from) 
   to.insert(to.end(), from.begin(), from.end());
 }
 
+void note_missing_frames(const RunOptions& options, const FrameSteps::Tally& steps,
+                         RunSummary& summary) {
+  const std::int64_t missing = steps.unfilled();
+  summary.counts["frames_missing_unstamped"] = missing;
+  if (missing < FrameSteps::kFewestMissing) return;
+  summary.warnings.push_back(
+      options.clip->string() + ": lamps jump by whole frames' ways: " + std::to_string(missing) +
+      " frames are missing beside " + std::to_string(steps.judged) +
+      " that were judged, and the time stamps go on as if none were, so speeds seem too high; keep "
+      "the recorder's own time stamps (variable frame rate), or record with less load");
+}
+
 void describe_clip(const RunOptions& options, const Site& site, const ClipMeasurement& measurement,
                    RunSummary& summary) {
   const ClipInfo& info = measurement.info;
@@ -110,6 +122,7 @@ void describe_clip(const RunOptions& options, const Site& site, const ClipMeasur
   summary.counts["static_lights"] = measurement.track_counts.static_lights;
   summary.counts["reflections"] = measurement.track_counts.reflections;
   summary.counts["short_tracks"] = measurement.track_counts.short_tracks;
+  note_missing_frames(options, measurement.frame_steps, summary);
   summary.timings_s.insert(measurement.timings_s.begin(), measurement.timings_s.end());
   append(summary.warnings, counts.warnings);
   if (site.camera->psf && !info.lossless)

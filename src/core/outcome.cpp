@@ -20,6 +20,7 @@ std::string_view name_of(Miss miss) {
     case Miss::ambiguous_identity: return "ambiguous_identity";
     case Miss::direction_contradicts: return "direction_contradicts";
     case Miss::not_on_road: return "not_on_road";
+    case Miss::frames_missing: return "frames_missing";
   }
   return "unknown";
 }

@@ -23,6 +23,7 @@ enum class Miss {
   ambiguous_identity,     ///< the track may be of another vehicle in part, or of one seen twice
   direction_contradicts,  ///< lamp colour and motion disagree about the direction of travel
   not_on_road,            ///< does not move as a lamp at lamp height on the road does
+  frames_missing,         ///< frames are missing whose time the stamps leave out
 };
 
 /// The snake_case name used in files.

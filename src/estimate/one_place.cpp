@@ -100,27 +100,8 @@ Together seen_together(const VehicleEstimate& upper, const VehicleEstimate& carr
   return seen;
 }
 
-// Takes the speed from the camera, and what came with it, out of `second`.
 void withhold_second(VehicleEstimate& second, const std::string& why) {
-  const VehicleResult& was = second.result;
-  VehicleResult result;
-  result.track_id = was.track_id;
-  result.direction = was.direction;
-  result.t_first_s = was.t_first_s;
-  result.t_last_s = was.t_last_s;
-  result.n_frames = was.n_frames;
-  result.used_camera = true;
-  result.withheld = Miss::ambiguous_identity;
-  result.methods = was.methods;
-  for (MethodResult& method : result.methods)
-    if (method.method == Method::geometry_camera || method.method == Method::fused)
-      method.speed = Miss::ambiguous_identity;
-  result.warnings = was.warnings;
-  result.warnings.push_back(why);
-  second.result = std::move(result);
-  second.trajectories.clear();
-  for (TrackRow& row : second.rows)
-    row.range_m = row.range_std_m = row.speed_mps = row.speed_std_mps = std::nullopt;
+  withhold(second, Miss::ambiguous_identity, {Method::geometry_camera, Method::fused}, why);
 }
 
 }  // namespace

@@ -309,4 +309,26 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
   return estimate;
 }
 
+void withhold(VehicleEstimate& estimate, Miss miss, std::initializer_list<Method> methods,
+              const std::string& warning) {
+  const VehicleResult& was = estimate.result;
+  VehicleResult result;
+  result.track_id = was.track_id;
+  result.direction = was.direction;
+  result.t_first_s = was.t_first_s;
+  result.t_last_s = was.t_last_s;
+  result.n_frames = was.n_frames;
+  result.used_camera = true;
+  result.withheld = miss;
+  result.methods = was.methods;
+  for (MethodResult& method : result.methods)
+    if (std::ranges::find(methods, method.method) != methods.end()) method.speed = miss;
+  result.warnings = was.warnings;
+  result.warnings.push_back(warning);
+  estimate.result = std::move(result);
+  estimate.trajectories.clear();
+  for (TrackRow& row : estimate.rows)
+    row.range_m = row.range_std_m = row.speed_mps = row.speed_std_mps = std::nullopt;
+}
+
 }  // namespace vildar

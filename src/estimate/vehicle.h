@@ -1,6 +1,8 @@
 #pragma once
 
+#include <initializer_list>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "estimate/trajectory.h"
@@ -32,6 +34,11 @@ struct VehiclePower {
 /// withheld with its reason. Throws std::invalid_argument where the site has no camera.
 VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
                                  std::span<const VehiclePower> power);
+
+/// Takes the speed, its trajectories and what came with them out of `estimate`, and out of its
+/// results by `methods`; `warning` says why.
+void withhold(VehicleEstimate& estimate, Miss miss, std::initializer_list<Method> methods,
+              const std::string& warning);
 
 /// Speed of one pass from photodiodes alone, `found` in the light of any of them. `pass_number`
 /// becomes the track id; times of the result are in photodiode time plus the mean of the site's

@@ -30,6 +30,8 @@ std::string_view sentence_for(Miss miss) {
       return "The colour of its lamps and its motion say opposite directions of travel.";
     case Miss::not_on_road:
       return "It does not move like a lamp of a vehicle on the road: a reflection, perhaps.";
+    case Miss::frames_missing:
+      return "Frames are missing from the clip, and its time stamps go on as if none were.";
   }
   return "No reason is recorded.";
 }

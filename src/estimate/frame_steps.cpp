@@ -1,0 +1,133 @@
+#include "estimate/frame_steps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "core/median.h"
+#include "core/robust_line.h"
+
+namespace vildar {
+namespace {
+
+constexpr std::size_t kMostSteps = 20000;
+
+/// The way of a lamp from one frame to the next.
+struct Step {
+  std::int64_t frame = 0;
+  double duration_s = 0.0;
+  Eigen::Vector2d way_px = Eigen::Vector2d::Zero();
+  double sigma_px = 0.0;
+};
+
+std::vector<Step> steps_of(const VehicleTrack& track,
+                           std::optional<LampSighting> VehicleSighting::*side) {
+  std::vector<Step> steps;
+  for (std::size_t i = 0; i + 1 < track.sightings.size(); ++i) {
+    const VehicleSighting &from = track.sightings[i], &to = track.sightings[i + 1];
+    const auto &a = from.*side, &b = to.*side;
+    if (!a || !b || to.frame != from.frame + 1) continue;
+    const double duration_s = seconds_of(to.time) - seconds_of(from.time);
+    if (!(duration_s > 0.0)) continue;
+    steps.push_back({from.frame, duration_s, b->centre_px - a->centre_px,
+                     std::hypot(a->centre_sigma_px.maxCoeff(), b->centre_sigma_px.maxCoeff())});
+  }
+  return steps;
+}
+
+/// Image velocity at one step, told by those around it, and how far these lie off it.
+struct LocalVelocity {
+  Eigen::Vector2d px_per_s;
+  double scatter_px;
+};
+
+// A velocity that changes evenly, which jumps among the neighbours do not move.
+std::optional<LocalVelocity> velocity_at(const std::vector<Step>& steps, std::size_t at) {
+  constexpr std::int64_t kReach = 7;  // frames
+  constexpr std::size_t kFewest = 10;
+  std::vector<const Step*> around;
+  for (const Step& step : steps)
+    if (std::abs(step.frame - steps[at].frame) <= kReach) around.push_back(&step);
+  if (around.size() < kFewest) return std::nullopt;
+
+  std::vector<double> frames, u_px_per_s, v_px_per_s, off_px;
+  for (const Step* step : around) {
+    frames.push_back(static_cast<double>(step->frame - steps[at].frame));
+    u_px_per_s.push_back(step->way_px.x() / step->duration_s);
+    v_px_per_s.push_back(step->way_px.y() / step->duration_s);
+  }
+  const RobustLine u = least_deviations_line(frames, u_px_per_s);
+  const RobustLine v = least_deviations_line(frames, v_px_per_s);
+  for (std::size_t i = 0; i < around.size(); ++i)
+    off_px.push_back((around[i]->way_px -
+                      around[i]->duration_s * Eigen::Vector2d(u.at(frames[i]), v.at(frames[i])))
+                         .norm());
+  // Of the lengths of two-dimensional errors half are shorter than 1.177 sigma.
+  return LocalVelocity{{u.at_zero, v.at_zero}, median(off_px) / 1.177};
+}
+
+}  // namespace
+
+std::int64_t FrameSteps::Tally::unfilled() const {
+  // Noise, and lamps taken for others, make few steps of just two frames' ways.
+  return jumps > 2 * odd ? std::max<std::int64_t>(0, missing - repeated) : 0;
+}
+
+void FrameSteps::Evidence::count_in(Tally& tally) const {
+  constexpr double kSharp = 0.15, kPlain = 0.35, kWhole = 0.25;  // frames' ways
+  if (!(weight * kSharp * kSharp > 1.0)) return;
+  const double surplus = along / weight, whole = std::round(surplus);
+  ++tally.judged;
+  if (std::abs(surplus) < kPlain) return;
+  if (std::abs(surplus - whole) > kWhole || whole < -1.0) {
+    ++tally.odd;
+  } else if (whole > 0.0) {
+    ++tally.jumps;
+    tally.missing += static_cast<std::int64_t>(whole);
+  } else {
+    ++tally.repeated;
+  }
+}
+
+void FrameSteps::add(const VehicleTrack& track) {
+  for (const auto side : {&VehicleSighting::left, &VehicleSighting::right}) {
+    const std::vector<Step> steps = steps_of(track, side);
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+      const auto velocity = velocity_at(steps, i);
+      if (!velocity) continue;
+      const Eigen::Vector2d way_px = steps[i].duration_s * velocity->px_per_s;
+      const double sigma_px = std::max(steps[i].sigma_px, velocity->scatter_px);
+      const double weight = 1.0 / (sigma_px * sigma_px);
+      Evidence& evidence = steps_[steps[i].frame];
+      evidence.along += weight * way_px.dot(steps[i].way_px - way_px);
+      evidence.weight += weight * way_px.squaredNorm();
+    }
+  }
+  for (; steps_.size() > kMostSteps; steps_.erase(steps_.begin()))
+    steps_.begin()->second.count_in(forgotten_);
+}
+
+FrameSteps::Tally FrameSteps::between(std::int64_t first, std::int64_t last) const {
+  Tally tally;
+  for (auto at = steps_.lower_bound(first); at != steps_.end() && at->first < last; ++at)
+    at->second.count_in(tally);
+  return tally;
+}
+
+FrameSteps::Tally FrameSteps::all() const {
+  Tally tally = forgotten_;
+  for (const auto& [frame, evidence] : steps_) evidence.count_in(tally);
+  return tally;
+}
+
+double FrameSteps::missing_share(std::int64_t first, std::int64_t last) const {
+  constexpr std::int64_t kFewestJudged = 20;
+  const Tally clip = all();
+  if (clip.unfilled() < kFewestMissing) return 0.0;
+  const Tally own = between(first, last);
+  const Tally& tally = own.judged < kFewestJudged ? clip : own;
+  return static_cast<double>(tally.unfilled()) / static_cast<double>(tally.judged);
+}
+
+}  // namespace vildar

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+
+#include "types/vehicle_track.h"
+
+namespace vildar {
+
+/// Whether the time stamps of a clip tell all the time that passed. A recorder that drops frames
+/// and stamps the others as if none were missing makes all vehicles seem faster; their lamps then
+/// jump by whole frames' ways where frames are missing. Only steps in which some lamp moves far
+/// enough for its noise are judged.
+class FrameSteps {
+ public:
+  /// Of fewer nothing is concluded.
+  static constexpr std::int64_t kFewestMissing = 3;
+
+  /// Steps from one frame to the next, of those that were judged.
+  struct Tally {
+    std::int64_t judged = 0;
+    std::int64_t missing = 0;   ///< frames, in steps of two frames' way and more
+    std::int64_t jumps = 0;     ///< such steps
+    std::int64_t repeated = 0;  ///< steps that show the frame before again
+    std::int64_t odd = 0;       ///< steps that are no whole number of frames' ways
+
+    /// Frames that are missing for which no frame was shown twice; 0 where jumps do not stand out
+    /// of what is odd.
+    std::int64_t unfilled() const;
+  };
+
+  /// What was seen of a vehicle; of one whose camera shakes, as a camera at rest sees it.
+  void add(const VehicleTrack& track);
+  /// Of the frames `first` to `last`; the last 20 000 steps are kept one by one.
+  Tally between(std::int64_t first, std::int64_t last) const;
+  Tally all() const;
+  /// Share of time that the stamps leave out within these frames: of the steps judged there, or of
+  /// all of the clip where those are few. 0 where fewer than kFewestMissing are missing in all.
+  double missing_share(std::int64_t first, std::int64_t last) const;
+
+ private:
+  /// Of one step: sums over lamps of (way x surplus way) and way squared, over the variance.
+  struct Evidence {
+    double along = 0.0, weight = 0.0;
+    void count_in(Tally& tally) const;
+  };
+  std::map<std::int64_t, Evidence> steps_;  ///< by the frame that they start from
+  Tally forgotten_;
+};
+
+}  // namespace vildar
