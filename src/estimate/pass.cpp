@@ -6,6 +6,7 @@
 #include "estimate/contradictions.h"
 #include "estimate/delay_light.h"
 #include "estimate/lane_choice.h"
+#include "estimate/light_checks.h"
 #include "estimate/ml_speed.h"
 #include "estimate/photodiode_speed.h"
 #include "estimate/power_blocks.h"
@@ -126,36 +127,6 @@ void keep_own_light(PowerSeries& series, double others_w) {
   series.background_std_w = std::hypot(series.background_std_w, others_w);
 }
 
-// Whether single samples scatter about a smooth rise by more than noise and a twentieth of the
-// light: as those of lamps do that pulse, whose slow aliases then bend the rise unseen.
-bool pulses(const PowerTrace& trace, const PowerPass& pass) {
-  constexpr double kLeastShare = 0.05, kTimesNoise = 2.0, kBeforePeak_s = 0.02;
-  constexpr double kBrightest = 0.25;  // of the time up to the peak
-  constexpr std::size_t kEdges = 6;    // bends of a lamp that passes another photodiode
-  constexpr std::size_t kFewest = 4 * kEdges;
-  const auto sample_at = [&](double time_s) {
-    return static_cast<std::size_t>(
-        std::lower_bound(trace.time_s.begin(), trace.time_s.end(), time_s) - trace.time_s.begin());
-  };
-  const std::size_t first = sample_at(pass.peak_s - kBrightest * (pass.peak_s - pass.from_s));
-  const std::size_t last = sample_at(pass.peak_s - kBeforePeak_s);
-  if (last < first + kFewest) return false;
-  double sum_w = 0.0;
-  std::vector<double> bends_w2;
-  const auto light_w = [&](std::size_t i) { return trace.power_w[i] - trace.ambient_w; };
-  for (std::size_t i = first + 2; i < last; ++i) {
-    const double bend_w = light_w(i) - 2.0 * light_w(i - 1) + light_w(i - 2);
-    bends_w2.push_back(bend_w * bend_w / 6.0);  // of white noise: its variance
-    sum_w += light_w(i);
-  }
-  std::sort(bends_w2.begin(), bends_w2.end());
-  const double mean_w = sum_w / static_cast<double>(bends_w2.size());
-  bends_w2.resize(bends_w2.size() - kEdges);
-  double square_w2 = 0.0;
-  for (const double bend_w2 : bends_w2) square_w2 += bend_w2 / static_cast<double>(bends_w2.size());
-  return std::sqrt(square_w2) > std::max(kLeastShare * mean_w, kTimesNoise * trace.noise_sigma_w);
-}
-
 Outcome<KnownLight> light_of_pass(const PowerPass& pass, const Site& site, const PowerTrace& trace,
                                   const Abreast& abreast) {
   constexpr double kShortest_s = 0.1;
@@ -205,29 +176,6 @@ Found power_method(Method method, const Outcome<KnownLight>& light, PowerSeries 
     found.range_m = std::get<PowerSpeed>(outcome).range_m;
   }
   return found;
-}
-
-// Of a delay's speed, one sigma, where others have this share of the peak: their light draws it
-// towards their speeds, of the rise their share is about twice as large, and speeds of neighbours
-// differ by 15 %.
-double others_std_mps(double share, double speed_mps) {
-  constexpr double kOtherSpeeds = 0.15, kOfRise = 2.0;
-  return kOtherSpeeds * kOfRise * share * speed_mps;
-}
-
-// Whether the light is not that of one vehicle with steady lamps: no curve that moves leaves slow
-// structure so much larger than noise, and none brakes or speeds up so hard. Two abreast in two
-// lanes, whose mixture moves at neither's speed, look like one whose acceleration changes, more
-// than what is left of the light when it is past explains.
-bool of_several(const DelayFit& fit, std::size_t lanes, double others_share) {
-  constexpr double kWorstFactor = 5.0, kClearChi2 = 30.0, kMostOthers = 0.2;
-  const double explained_mps = others_std_mps(others_share, fit.speed.speed_mps);
-  return fit.sigma_factor > kWorstFactor ||
-         !(std::abs(fit.acceleration_mps2) < kHardestBraking_mps2) ||
-         fit.surely_brakes_mps2 > kHardestBraking_mps2 ||
-         fit.surely_speeds_up_mps2 > kHardestSpeedingUp_mps2 ||
-         (lanes > 1 && fit.wander_chi2 > kClearChi2 &&
-          (fit.bend_mps > explained_mps || others_share > kMostOthers));
 }
 
 void widen_for_others(double share, SpeedEstimate& speed) {
@@ -355,7 +303,7 @@ VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site&
   result.used_photodiode = true;
   if (lane) result.lane = lane->id;
   const bool curved = site.road.kind == RoadKind::curved;
-  const bool pulsed = pulses(trace, pass);
+  const bool pulsed = pulses(trace, pass.from_s, pass.peak_s);
   if (pulsed)
     result.warnings.push_back(
         "the light jumps from sample to sample, as of lamps that pulse: at this rate its mean "

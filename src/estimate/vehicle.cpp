@@ -15,6 +15,7 @@
 #include "estimate/intensity_methods.h"
 #include "estimate/joint_fit.h"
 #include "estimate/lamp_size.h"
+#include "estimate/light_checks.h"
 #include "estimate/mixture.h"
 #include "estimate/speed_budget.h"
 #include "estimate/speed_gate.h"
@@ -196,25 +197,68 @@ void fuse(const VehicleTrack& track, const Site& site, std::span<const VehiclePo
   trajectories = std::move(joined.trajectories);
 }
 
+std::size_t lanes_towards(const RoadSite& road) {
+  return static_cast<std::size_t>(
+      std::ranges::count(road.lanes, Direction::oncoming, &LaneSite::direction));
+}
+
+// Whether the light up to its peak between two clip times is of lamps that pulse.
+bool pulses_by_its_peak(const PowerTrace& trace, const Site& site, double from_s, double to_s) {
+  const double offset_s =
+      site.photodiodes.at(static_cast<std::size_t>(trace.photodiode)).time_offset_s.mean;
+  const auto sample_at = [&](double clip_s) {
+    return std::ranges::lower_bound(trace.time_s, clip_s - offset_s) - trace.time_s.begin();
+  };
+  const auto first = trace.power_w.begin() + sample_at(from_s);
+  const auto last = trace.power_w.begin() + sample_at(to_s);
+  if (first == last) return false;
+  const auto peak = std::max_element(first, last) - trace.power_w.begin();
+  return pulses(trace, from_s - offset_s, trace.time_s[static_cast<std::size_t>(peak)]);
+}
+
+struct Delay {
+  std::optional<DelayFit> fit;
+  bool of_several = false;  ///< of a vehicle, too, that the camera does not see
+};
+
 // Adds the method `delay_photodiodes`. The vehicle passes the photodiodes after the camera has lost
 // it, and may brake meanwhile: its speed is asked for in the time that the bearings tell of, but
 // for the end, into which such a change is smeared. The traces are those of the time in which it is
 // alone on them.
-std::optional<DelayFit> delay_of(const Site& site, std::span<const VehiclePower> power,
-                                 const Trajectory* trajectory, VehicleResult& result) {
+Delay delay_of(const Site& site, std::span<const VehiclePower> power, const Trajectory* trajectory,
+               VehicleResult& result) {
   constexpr double kBefore_s = 0.5, kPassing_s = 4.0, kSmear_s = 0.3;
   std::vector<const PowerTrace*> traces;
   for (const VehiclePower& offered : power)
     if (!offered.shared) traces.push_back(offered.trace);
+  const double from_s = result.t_first_s - kBefore_s, to_s = result.t_last_s + kPassing_s;
   const auto outcome =
-      delay_speed(site, traces, result.t_first_s - kBefore_s, result.t_last_s + kPassing_s,
-                  trajectory ? trajectory->from_s : -INFINITY,
+      delay_speed(site, traces, from_s, to_s, trajectory ? trajectory->from_s : -INFINITY,
                   trajectory ? trajectory->to_s - kSmear_s : INFINITY);
   MethodResult row = delay_row(outcome);
-  if (traces.size() < power.size() && traces.size() < 2) row.speed = Miss::several_vehicles;
-  result.methods.push_back(row);
   const auto* fit = std::get_if<DelayFit>(&outcome);
-  return fit && useful(fit->speed) ? std::optional(*fit) : std::nullopt;
+  if (traces.size() < power.size() && traces.size() < 2) row.speed = Miss::several_vehicles;
+  Delay delay;
+  if (fit && std::ranges::any_of(traces, [&](const PowerTrace* trace) {
+        return pulses_by_its_peak(*trace, site, from_s, to_s);
+      })) {
+    row.speed = Miss::outside_model;
+  } else if (fit && of_several(*fit, lanes_towards(site.road), 0.0)) {
+    row.speed = Miss::several_vehicles;
+    delay.of_several = true;
+  } else if (fit && useful(fit->speed)) {
+    delay.fit = *fit;
+  }
+  result.methods.push_back(row);
+  return delay;
+}
+
+void leave_to_camera(VehicleResult& result) {
+  if (!result.withheld)
+    result.methods.push_back({Method::fused, Miss::several_vehicles, result.n_frames, ""});
+  result.warnings.push_back(
+      "the photodiodes' light does not move as that of one vehicle, another that the camera does "
+      "not see may pass beside it: no speed is taken from it");
 }
 
 // Where bearings give no speed for want of scale or of data, the delay's stands.
@@ -290,12 +334,13 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
     if (!power.empty()) {
       for (MethodResult& row : photodiode_methods(track, site, power, trajectory))
         result.methods.push_back(std::move(row));
-      const auto delay =
-          power.size() > 1 ? delay_of(site, power, trajectory, result) : std::nullopt;
-      if (trajectory && !result.withheld)
-        fuse(track, site, power, delay ? &*delay : nullptr, trajectories, result);
-      else if (delay)
-        stand_in(*delay, result);
+      const Delay delay = power.size() > 1 ? delay_of(site, power, trajectory, result) : Delay{};
+      if (delay.of_several)
+        leave_to_camera(result);
+      else if (trajectory && !result.withheld)
+        fuse(track, site, power, delay.fit ? &*delay.fit : nullptr, trajectories, result);
+      else if (delay.fit)
+        stand_in(*delay.fit, result);
     }
   }
   if (!trajectories.empty() && !result.withheld && result.used_camera)

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "delay_pass.h"
@@ -72,6 +75,61 @@ TEST_F(Abreast, OneAloneHasItsSpeedInEitherLane) {
     EXPECT_EQ(result.method, Method::delay_photodiodes);
     EXPECT_LT(std::abs(result.speed.speed_mps - 20.0), 4.0 * result.speed.std_mps);
   }
+}
+
+// A camera that sees the vehicle of the near lane alone, up to 12 m before it.
+class BesideACamera : public Abreast {
+ protected:
+  BesideACamera() {
+    site_.camera = simulated::mast_site(4.0).camera;
+    site_.road.lanes.push_back({"far", {-7.5, 0.3}, 3.5, Direction::oncoming});
+  }
+  VehicleResult seen_with(const std::vector<PowerTrace>& traces, const Site& site) {
+    const simulated::Vehicle near{20.0, 0.0, 80.0, -4.0, 0.65, 1.2};
+    const VehicleTrack track = track_of(near, site, {.from_s = 0.5, .to_s = 3.4}, random_);
+    const std::vector<VehiclePower> power{{&traces[0], false}, {&traces[1], false}};
+    return estimate_vehicle(track, site, power).result;
+  }
+  static const MethodResult& delay_in(const VehicleResult& result) {
+    return *std::ranges::find(result.methods, Method::delay_photodiodes, &MethodResult::method);
+  }
+};
+
+TEST_F(BesideACamera, OneThatItDoesNotSeeLeavesTheSpeedToIt) {
+  for (const double faster : {0.8, 0.9, 1.1, 1.2, 1.3}) {
+    const auto traces = traces_of({{20.0, kNear2_m2}, {20.0 * faster, kFar2_m2}}, random_);
+    const VehicleResult result = seen_with(traces, site_);
+    ASSERT_FALSE(result.withheld) << faster << name_of(*result.withheld);
+    EXPECT_EQ(result.method, Method::geometry_camera) << faster;
+    EXPECT_EQ(std::get<Miss>(delay_in(result).speed), Miss::several_vehicles) << faster;
+    EXPECT_LT(std::abs(result.speed.speed_mps - 20.0), 4.0 * result.speed.std_mps) << faster;
+    // Nor does light stand in where the camera has no scale.
+    Site no_scale = site_;
+    no_scale.lamps = {};
+    for (LaneSite& lane : no_scale.road.lanes) lane.lateral_m.std = 3.0;
+    EXPECT_EQ(seen_with(traces, no_scale).withheld, Miss::no_scale) << faster;
+  }
+}
+
+TEST_F(BesideACamera, OneAloneIsMeasuredByBoth) {
+  const VehicleResult result = seen_with(traces_of({{20.0, kNear2_m2}}, random_), site_);
+  ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
+  EXPECT_EQ(result.method, Method::fused);
+  EXPECT_LT(result.speed.std_mps, 0.1);
+  EXPECT_LT(std::abs(result.speed.speed_mps - 20.0), 4.0 * result.speed.std_mps);
+}
+
+TEST_F(BesideACamera, LampsThatPulseTellNoDelay) {
+  auto traces = traces_of({{20.0, kNear2_m2}}, random_);
+  for (PowerTrace& trace : traces)
+    for (std::size_t i = 0; i < trace.time_s.size(); ++i) {
+      const double phase = 137.0 * trace.time_s[i];
+      trace.power_w[i] *= phase - std::floor(phase) < 0.4 ? 2.5F : 0.0F;
+    }
+  const VehicleResult result = seen_with(traces, site_);
+  ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
+  EXPECT_EQ(std::get<Miss>(delay_in(result).speed), Miss::outside_model);
+  EXPECT_LT(std::abs(result.speed.speed_mps - 20.0), 4.0 * result.speed.std_mps);
 }
 
 }  // namespace

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "estimate/delay_fit.h"
+#include "types/power.h"
+
+namespace vildar {
+
+/// Whether single samples scatter about the smooth rise to a peak by more than noise and a
+/// twentieth of the light: as those of lamps do that pulse, whose slow aliases then bend the rise
+/// unseen. Times are the trace's own.
+bool pulses(const PowerTrace& trace, double from_s, double peak_s);
+
+/// Of a delay's speed, one sigma, where others have this share of the peak: their light draws it
+/// towards their speeds, of the rise their share is about twice as large, and speeds of neighbours
+/// differ by 15 %.
+double others_std_mps(double share, double speed_mps);
+
+/// Whether the light is not that of one vehicle with steady lamps: no curve that moves leaves slow
+/// structure so much larger than noise, and none brakes or speeds up so hard. Two abreast in two
+/// lanes, whose mixture moves at neither's speed, look like one whose acceleration changes, more
+/// than what is left of the light when it is past explains. `lanes`: that it may drive in.
+bool of_several(const DelayFit& fit, std::size_t lanes, double others_share);
+
+}  // namespace vildar
