@@ -51,12 +51,19 @@ Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView&
   const auto paths = rough_paths(view, problem.setting, sizes);
   if (paths.empty()) return Miss::not_on_road;
   problem.reference_s = reference_time_s(paths.front());
+  const OwnWay own = ego.own_way(problem.reference_s);
+  problem.ego_unknowns = {own.heading_rad, own.delay_s, own.turns};
+  problem.setting.ego_unsure =
+      std::ranges::any_of(problem.ego_unknowns, [](const Uncertain& one) { return one.std > 0.0; });
+  problem.ego_aside_std_m = own.aside_std_m;
+  if (auto& lateral_m = problem.priors.lateral_m)
+    lateral_m->std = std::hypot(lateral_m->std, own.aside_std_m);
   problem.ego.clear();
   for (const LampObservation& lamp : problem.lamps)
     problem.ego.push_back(ego.deviation(problem.reference_s, lamp.time_s));
   std::vector<std::pair<double, PathVector>> starts;
   for (const RoughPath& path : paths) {
-    const auto start = start_of(path, problem.setting, road, ego, problem.reference_s, sizes);
+    const auto start = start_of(path, problem, road, ego, sizes);
     const auto cost = start ? geometry_cost(problem, *start) : std::nullopt;
     if (cost) starts.emplace_back(*cost, *start);
   }
@@ -111,8 +118,7 @@ bool BearingFit::explains() const {
   constexpr double kWorstScatter_px = 5.0;
   constexpr double kMostOutliers = 0.3;
   const MotionState state = trajectory.at(trajectory.problem.reference_s);
-  return check.scatter_px.maxCoeff() <= kWorstScatter_px &&
-         check.outlier_share <= kMostOutliers &&
+  return check.scatter_px.maxCoeff() <= kWorstScatter_px && check.outlier_share <= kMostOutliers &&
          std::abs(state.acceleration_mps2) <= kHardestBraking_mps2;
 }
 

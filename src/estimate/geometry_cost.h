@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <utility>
+
 #include <ceres/problem.h>
 
 #include "estimate/geometry_fit.h"
@@ -29,14 +32,14 @@ struct LampResidual {
   }
 };
 
-/// All priors at once, in the order of MetricPriors.
+/// All priors at once, in the order of MetricPriors, and those on the own motion.
 struct PriorResidual {
   const GeometryProblem* problem;
 
   int count() const {
     const MetricPriors& priors = problem->priors;
     return has_drop() + has_separation() + priors.lateral_m.has_value() + has_radius() + 1 +
-           (priors.motion ? 2 : 0) + turns();
+           (priors.motion ? 2 : 0) + some_of(priors.turn_rad) + some_of(problem->ego_unknowns);
   }
 
   template <class T>
@@ -69,10 +72,12 @@ struct PriorResidual {
       *residual++ = first;
       *residual++ = (rate - l10 * first) / l11;
     }
-    for (int axis = 0; axis < 3; ++axis) {
-      const Uncertain& turn_rad = priors.turn_rad[static_cast<std::size_t>(axis)];
-      if (turn_rad.std > 0.0) *residual++ = whiten(p[kYaw + axis], turn_rad);
-    }
+    for (const auto& [unknowns, first] :
+         {std::pair(&priors.turn_rad, kYaw), std::pair(&problem->ego_unknowns, kHeading)})
+      for (int i = 0; i < 3; ++i) {
+        const Uncertain& prior = (*unknowns)[static_cast<std::size_t>(i)];
+        if (prior.std > 0.0) *residual++ = whiten(p[first + i], prior);
+      }
     return true;
   }
 
@@ -82,9 +87,9 @@ struct PriorResidual {
   bool has_radius() const {
     return problem->setting.bend != 0.0 && problem->priors.radius_m.has_value();
   }
-  int turns() const {
+  static int some_of(const std::array<Uncertain, 3>& unknowns) {
     int count = 0;
-    for (const Uncertain& turn_rad : problem->priors.turn_rad) count += turn_rad.std > 0.0;
+    for (const Uncertain& one : unknowns) count += one.std > 0.0;
     return count;
   }
 };

@@ -64,10 +64,10 @@ Outcome<Trajectory> refit(Trajectory trajectory) {
   return trajectory;
 }
 
-bool off_road(const RoadSite& road, Uncertain lateral_m) {
+bool off_road(const RoadSite& road, Uncertain lateral_m, double ego_aside_std_m) {
   if (road.lanes.empty()) return false;
   const RoadEdges edges = road_edges(road);
-  const double margin_m = 3.0 * lateral_m.std;
+  const double margin_m = 3.0 * std::hypot(lateral_m.std, ego_aside_std_m);
   return lateral_m.mean < edges.low_m - margin_m || lateral_m.mean > edges.high_m + margin_m;
 }
 
@@ -93,8 +93,9 @@ void add_lanes(const Trajectory& anywhere, const LampReading& reading, const Sit
   for (const LaneSite* lane : lanes_near(site.road, direction, lateral_of(anywhere))) {
     Trajectory inside = anywhere;
     inside.lane = lane->id;
-    inside.problem.priors.lateral_m =
-        lateral_from_camera_m(*lane, site, reading, inside.problem.pairs);
+    Uncertain lateral_m = lateral_from_camera_m(*lane, site, reading, inside.problem.pairs);
+    lateral_m.std = std::hypot(lateral_m.std, inside.problem.ego_aside_std_m);
+    inside.problem.priors.lateral_m = lateral_m;
     inside.log_prior += log_lane;
     const auto outcome = refit(std::move(inside));
     if (const auto* fitted = std::get_if<Trajectory>(&outcome)) found.push_back(*fitted);
@@ -146,7 +147,8 @@ Outcome<std::vector<Trajectory>> fit_hypotheses(const Trajectory& seen,
       continue;
     }
     anywhere = std::get<Trajectory>(std::move(outcome));
-    if (anywhere.fit.prior_chi2 > kMostPriorChi2 || off_road(site.road, lateral_of(anywhere)))
+    if (anywhere.fit.prior_chi2 > kMostPriorChi2 ||
+        off_road(site.road, lateral_of(anywhere), anywhere.problem.ego_aside_std_m))
       miss = Miss::not_on_road;
     else
       add_lanes(anywhere, reading, site, direction, found);

@@ -27,6 +27,9 @@ enum PathParameter : int {
   kYaw,            ///< turns of the camera from the site's mean pose, rad
   kPitch,
   kRoll,
+  kHeading,   ///< of the camera's own vehicle off the road's at the reference time, rad
+  kEgoDelay,  ///< by which the trace of its motion is late, s
+  kEgoTurns,  ///< relative error of its yaw rates
   kPathParameters,
 };
 using PathVector = Eigen::Matrix<double, kPathParameters, 1>;
@@ -55,8 +58,9 @@ struct PathSetting {
   Eigen::Vector3d camera_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d camera_from_road = Eigen::Matrix3d::Identity();  ///< mean pose
   double yaw_rad = 0.0, pitch_rad = 0.0, roll_rad = 0.0;           ///< of the same
-  bool turns = false;  ///< the pose has a std, so that p[kYaw..kRoll] may differ from zero
-  double bend = 0.0;   ///< as in path_point
+  bool turns = false;       ///< the pose has a std, so that p[kYaw..kRoll] may differ from zero
+  bool ego_unsure = false;  ///< p[kHeading..kEgoTurns] may differ from zero
+  double bend = 0.0;        ///< as in path_point
   double straight_m = 0.0;
   std::vector<AccelerationStep> steps;
 
@@ -102,13 +106,13 @@ T lane_way_share(const T* p, const PathSetting& setting) {
 /// than that it has driven.
 template <class T, class Time>
 PathPoint<T> vehicle_point(const T* p, const PathSetting& setting, const Time& tau_s,
-                           double ahead_m = 0.0) {
+                           const T& ahead_m = T(0.0)) {
   using std::exp;
   const T scale_m = exp(p[kLogScale]);
   T along_m = setting.camera_m.x() +
               scale_m * (1.0 - tau_s * (p[kClosingRate] + 0.5 * tau_s * p[kAcceleration]) -
                          setting.departed(tau_s));
-  if (ahead_m != 0.0) along_m -= lane_way_share(p, setting) * ahead_m;
+  if (ahead_m != T(0.0)) along_m -= lane_way_share(p, setting) * ahead_m;
   const T lateral_m = setting.camera_m.y() + scale_m * p[kLateral];
   const T radius_m = setting.bend == 0.0 ? T(0.0) : scale_m * exp(p[kLogRadius]);
   return path_point(along_m, lateral_m, setting.bend, setting.straight_m, radius_m);
@@ -123,8 +127,19 @@ Eigen::Matrix<T, 3, 1> lamp_from_camera_m(const T* p, const PathSetting& setting
   using std::exp;
   using std::sin;
   const T scale_m = exp(p[kLogScale]);
-  const PathPoint<T> place = vehicle_point(p, setting, tau_s, ego.ahead_m);
-  T heading_rad(ego.heading_rad), left_m(ego.left_m);
+  T heading_rad(ego.heading_rad), left_m(ego.left_m), ahead_m(ego.ahead_m);
+  if (setting.ego_unsure) {
+    const double road_rad = ego.curvature_per_m * ego.way_m;
+    const T late_s = p[kEgoDelay], turns = p[kEgoTurns];
+    heading_rad += late_s * ego.by_delay.heading_rad + turns * (ego.heading_rad + road_rad);
+    left_m += late_s * ego.by_delay.left_m + turns * (ego.left_m + 0.5 * road_rad * ego.way_m);
+    const T along_m = ego.along_m + late_s * ego.by_delay.along_m;
+    const T c = cos(p[kHeading]), s = sin(p[kHeading]);
+    heading_rad += p[kHeading];
+    ahead_m += c * along_m - s * left_m - ego.along_m;
+    left_m = s * along_m + c * left_m;
+  }
+  const PathPoint<T> place = vehicle_point(p, setting, tau_s, ahead_m);
   if (setting.bend != 0.0 && ego.way_m != 0.0) {
     const T off_per_m = ego.curvature_per_m - setting.bend / (scale_m * exp(p[kLogRadius]));
     heading_rad += off_per_m * ego.way_m;
@@ -140,7 +155,7 @@ Eigen::Matrix<T, 3, 1> lamp_from_camera_m(const T* p, const PathSetting& setting
       y_m += offset_m;
     }
   }
-  if (heading_rad != T(0.0)) {
+  if (setting.ego_unsure || heading_rad != T(0.0)) {
     const T c = cos(heading_rad), s = sin(heading_rad);
     const T turned_m = c * x_m + s * y_m;
     y_m = c * y_m - s * x_m;

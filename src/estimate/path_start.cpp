@@ -80,13 +80,19 @@ double reference_time_s(const RoughPath& path) {
   return sum_s / weight;
 }
 
-std::optional<PathVector> start_of(const RoughPath& path, const PathSetting& setting,
-                                   const RoadSite& road, const EgoMotion& ego, double reference_s,
+std::optional<PathVector> start_of(const RoughPath& path, const GeometryProblem& problem,
+                                   const RoadSite& road, const EgoMotion& ego,
                                    const NominalSizes& sizes) {
+  const PathSetting& setting = problem.setting;
+  const double reference_s = problem.reference_s;
+  const double off_rad = problem.ego_unknowns[0].mean;
   double w = 0.0, wt = 0.0, wx = 0.0, wtt = 0.0, wtx = 0.0;
   std::vector<double> lateral_m, drop_m, separation_m;
   for (const RoughPoint& point : path) {
-    const EgoDeviation moved = ego.deviation(reference_s, point.time_s);
+    EgoDeviation moved = ego.deviation(reference_s, point.time_s);
+    moved.heading_rad += off_rad;
+    moved.ahead_m += (std::cos(off_rad) - 1.0) * moved.along_m - std::sin(off_rad) * moved.left_m;
+    moved.left_m = std::sin(off_rad) * moved.along_m + std::cos(off_rad) * moved.left_m;
     const Eigen::Vector2d seen_m = point.place_m + setting.camera_m.head<2>();
     const double c = std::cos(moved.heading_rad), s = std::sin(moved.heading_rad);
     const RoadPosition place = road_position(road, c * seen_m.x() - s * seen_m.y(),
@@ -117,6 +123,7 @@ std::optional<PathVector> start_of(const RoughPath& path, const PathSetting& set
   start[kDrop] = median(drop_m) / distance_m;
   const double width_m = separation_m.empty() ? sizes.separation_m : median(separation_m);
   start[kLogSeparation] = std::log(width_m / distance_m);
+  start[kHeading] = off_rad;
   if (setting.bend != 0.0) start[kLogRadius] = std::log(sizes.radius_m / distance_m);
   return start;
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "estimate/camera_view.h"
+#include "estimate/geometry_fit.h"
 #include "estimate/path_model.h"
 
 namespace vildar {
@@ -32,9 +33,10 @@ std::vector<RoughPath> rough_paths(const CameraView& view, const PathSetting& se
 /// Mean time, near points counting more.
 double reference_time_s(const RoughPath& path);
 
-/// Straight-line motion along the road through a rough path; nothing where it does not lie ahead.
-std::optional<PathVector> start_of(const RoughPath& path, const PathSetting& setting,
-                                   const RoadSite& road, const EgoMotion& ego, double reference_s,
+/// Straight-line motion along the road through a rough path, with the setting, reference time and
+/// own heading of `problem`; nothing where it does not lie ahead.
+std::optional<PathVector> start_of(const RoughPath& path, const GeometryProblem& problem,
+                                   const RoadSite& road, const EgoMotion& ego,
                                    const NominalSizes& sizes);
 
 }  // namespace vildar

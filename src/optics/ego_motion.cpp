@@ -2,7 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <iterator>
+#include <span>
+#include <vector>
 
+#include "core/robust_line.h"
 #include "optics/road.h"
 
 namespace vildar {
@@ -63,16 +68,82 @@ DrivenPose EgoMotion::driven(const DrivenPose& from, double to_s) const {
 EgoDeviation EgoMotion::deviation(double reference_s, double time_s) const {
   EgoDeviation deviation;
   deviation.curvature_per_m = curvature_per_m_;
-  if (!moving_ || site_.trace.empty()) return deviation;
-  const DrivenPose pose = driven({.time_s = reference_s}, time_s, [this](double at_s, double) {
+  if (!moving_) return deviation;
+  if (site_.trace.empty()) {
+    deviation.along_m = site_.speed_mps.mean * (time_s - reference_s);
+    return deviation;
+  }
+  const auto turn_rate_at = [this](double at_s) {
     if (!turns_known_) return 0.0;
     return interpolated(at_s, &EgoSample::yaw_rate_rad_per_s) - curvature_per_m_ * speed_mps(at_s);
-  });
+  };
+  const DrivenPose pose = driven({.time_s = reference_s}, time_s,
+                                 [&](double at_s, double) { return turn_rate_at(at_s); });
   deviation.ahead_m = pose.x_m - speed_mps(reference_s) * (time_s - reference_s);
   deviation.left_m = pose.y_m;
   deviation.heading_rad = pose.heading_rad;
+  deviation.along_m = pose.x_m;
   if (turns_known_) deviation.way_m = pose.way_m;
+  const double speed = speed_mps(time_s), rate_then = turn_rate_at(reference_s);
+  deviation.by_delay = {
+      speed_mps(reference_s) - speed * std::cos(pose.heading_rad) - rate_then * pose.y_m,
+      rate_then * pose.x_m - speed * std::sin(pose.heading_rad), rate_then - turn_rate_at(time_s)};
   return deviation;
+}
+
+OwnWay EgoMotion::own_way(double reference_s) const {
+  constexpr double kReach_s = 8.0, kStep_s = 0.05;
+  // One who keeps to the lane heads to and fro by so much, for so long each way.
+  constexpr double kLaneKeeping_rad = 0.008, kToAndFro_s = 4.0;
+  constexpr double kUnsure = 0.2;  // of the largest swing off the road
+  constexpr double kMostOff_rad = 0.15;
+  // Clocks of other devices, and what their gyroscopes are good to.
+  constexpr Uncertain kDelay_s{0.0, 0.1}, kTurns{0.0, 0.02};
+  if (site_.trace.empty()) return {};
+  if (!turns_known_) return {{}, kDelay_s, {}, 0.0};
+  const double from_s = std::max(reference_s - kReach_s, site_.trace.front().time_s);
+  const double to_s = std::min(reference_s + kReach_s, site_.trace.back().time_s);
+  const auto steps = static_cast<int>((to_s - from_s) / kStep_s);
+  const OwnWay untold{{0.0, kLaneKeeping_rad}, kDelay_s, kTurns, 0.0};
+  if (steps < 2) return untold;
+  std::vector<double> after_s, heading_rad;
+  double turned_rad = 0.0, at_reference_rad = 0.0;
+  std::ptrdiff_t at_reference = 0;
+  for (int i = 0; i < steps; ++i) {
+    const double middle_s = from_s + (i + 0.5) * kStep_s;
+    turned_rad += kStep_s * (interpolated(middle_s, &EgoSample::yaw_rate_rad_per_s) -
+                             curvature_per_m_ * speed_mps(middle_s));
+    after_s.push_back(middle_s + 0.5 * kStep_s - reference_s);
+    heading_rad.push_back(turned_rad);
+    if (after_s.back() > 0.5 * kStep_s) continue;
+    at_reference = i;
+    at_reference_rad = turned_rad;
+  }
+  // One who turns by more leaves the road.
+  const auto on_road = [&](double rad) { return std::abs(rad - at_reference_rad) < kMostOff_rad; };
+  const auto reference = heading_rad.begin() + at_reference;
+  const auto left = std::find_if_not(reference, heading_rad.end(), on_road);
+  const auto joined =
+      std::find_if_not(std::make_reverse_iterator(reference), heading_rad.rend(), on_road).base();
+  const std::span<const double> headings_rad(joined, left);
+  const auto times_s = std::span<const double>(after_s).subspan(
+      static_cast<std::size_t>(joined - heading_rad.begin()), headings_rad.size());
+  if (times_s.size() < 2) return untold;
+  const RobustLine road = least_deviations_line(times_s, headings_rad);
+  double swing_rad = 0.0, aside_m = 0.0, rightmost_m = 0.0, leftmost_m = 0.0;
+  for (std::size_t i = 0; i < times_s.size(); ++i) {
+    const double off_rad = headings_rad[i] - road.at(times_s[i]);
+    swing_rad = std::max(swing_rad, std::abs(off_rad));
+    aside_m += kStep_s * speed_mps(reference_s + times_s[i]) * off_rad;
+    rightmost_m = std::min(rightmost_m, aside_m);
+    leftmost_m = std::max(leftmost_m, aside_m);
+  }
+  const double seen_s = times_s.back() - times_s.front();
+  const double mean_std_rad = kLaneKeeping_rad / std::sqrt(1.0 + seen_s / kToAndFro_s);
+  return {{at_reference_rad - road.at_zero, std::hypot(kUnsure * swing_rad, mean_std_rad)},
+          kDelay_s,
+          kTurns,
+          0.5 * (leftmost_m - rightmost_m)};
 }
 
 bool EgoMotion::covers(double from_s, double to_s) const {

@@ -1,5 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
 #include "estimate/vehicle.h"
 #include "simulated_pass.h"
 
@@ -143,6 +147,69 @@ TEST(Geometry, DashcamFollowsAnEgoTrace) {
   const VehicleResult result = result_of(vehicle, site, view);
   expect_motion(result, vehicle, 1e-3);
   EXPECT_NEAR(*result.closing_speed_mps, 12.0 + 15.0 - 3.0 * result.speed.time_s, 0.02);
+}
+
+/// Changes lanes and back at 18 m/s: yaw rate A sin(2 pi phase), so that the heading is its
+/// integral and the way aside that of it, in closed form for small headings.
+struct Swerve {
+  double begin_s, length_s, rate_rad_per_s;
+
+  double heading_rad(double time_s) const {
+    const double phase = std::clamp((time_s - begin_s) / length_s, 0.0, 1.0);
+    return rate_rad_per_s * length_s / (2.0 * kPi) * (1.0 - std::cos(2.0 * kPi * phase));
+  }
+  Eigen::Vector3d pose(double time_s) const {
+    constexpr double kSpeed_mps = 18.0, kStep_s = 1e-3;
+    Eigen::Vector3d at(0.0, 0.0, heading_rad(time_s));
+    for (double t_s = 0.5 * kStep_s; t_s < time_s; t_s += kStep_s)
+      at.head<2>() += kSpeed_mps * kStep_s *
+                      Eigen::Vector2d(std::cos(heading_rad(t_s)), std::sin(heading_rad(t_s)));
+    return at;
+  }
+};
+
+TEST(Geometry, ADashcamThatSwervesKeepsItsIntervals) {
+  int inside = 0, measured = 0;
+  constexpr int kPasses = 60;
+  for (int i = 0; i < kPasses; ++i) {
+    Random random(static_cast<std::uint64_t>(20261125 + i));
+    Site site = dashcam_site();
+    const Swerve swerve{random.uniform(3.0, 5.0), random.uniform(2.0, 3.0),
+                        random.uniform(0.03, 0.09) * (i % 2 == 0 ? 1.0 : -1.0)};
+    site.ego = EgoSite{{18.0, 0.0}, {}, {}};
+    for (int k = -50; k <= 900; ++k) {
+      const double time_s = 0.01 * k;
+      site.ego->trace.push_back(
+          {time_s, 18.0,
+           (swerve.heading_rad(time_s + 1e-4) - swerve.heading_rad(time_s - 1e-4)) / 2e-4});
+    }
+    simulated::Vehicle vehicle;
+    vehicle.speed_mps = random.uniform(10.0, 30.0);
+    vehicle.height_m = 0.65 + 0.1 * random.normal();
+    vehicle.separation_m = 1.2 + 0.15 * random.normal();
+    vehicle.lateral_m = 3.5 + 0.3 * random.normal();
+    const double meet_s = random.uniform(4.5, 6.5);
+    vehicle.along_m = meet_s * (vehicle.speed_mps + 18.0);
+    simulated::View view;
+    view.from_s = meet_s - 2.5;
+    view.to_s = meet_s - 0.3;
+    const std::function<Eigen::Vector3d(double)> pose = [&](double time_s) {
+      return swerve.pose(time_s);
+    };
+    view.ego_pose = &pose;
+    const auto result =
+        estimate_vehicle(simulated::track_of(vehicle, site, view, random), site, {}).result;
+    if (result.withheld) continue;
+    ++measured;
+    const double off_mps = result.speed.speed_mps - vehicle.speed_mps;
+    inside +=
+        result.speed.lo95_mps <= vehicle.speed_mps && vehicle.speed_mps <= result.speed.hi95_mps;
+    EXPECT_LT(std::abs(off_mps), 4.0 * result.speed.std_mps)
+        << i << ": " << result.speed.speed_mps << " +- " << result.speed.std_mps << " for "
+        << vehicle.speed_mps;
+  }
+  EXPECT_GE(measured, kPasses / 2);
+  EXPECT_GE(inside, 0.88 * measured);
 }
 
 // Twelve metres a second on a bend of 150 m, seen from its own lane; the other lane is the inner or

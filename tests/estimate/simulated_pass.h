@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -75,6 +76,8 @@ struct View {
   double ego_mps = 0.0;            ///< the camera drives along +x
   double ego_yaw_rad_per_s = 0.0;  ///< or on a circle that leaves +x, with no acceleration
   double ego_acceleration_mps2 = 0.0;
+  /// Or as this says: x, y and heading by time, at y = 0 along +x where it does not swerve.
+  const std::function<Eigen::Vector3d(double)>* ego_pose = nullptr;
   double shake_px = 0.0;  ///< per axis, common to all lamps of a frame
   double flux_at_1m = 1000.0, path_loss_exponent = 2.0, flux_relative_sigma = 0.0;
 };
@@ -127,6 +130,12 @@ inline VehicleTrack track_of(const Vehicle& vehicle, const Site& site, const Vie
         const double y_m = point_m.y() - radius_m * (1.0 - std::cos(turn_rad));
         point_m.x() = std::cos(turn_rad) * x_m + std::sin(turn_rad) * y_m;
         point_m.y() = std::cos(turn_rad) * y_m - std::sin(turn_rad) * x_m;
+      }
+      if (view.ego_pose) {
+        const Eigen::Vector3d pose = (*view.ego_pose)(at_s);
+        const double x_m = point_m.x() - pose.x(), y_m = point_m.y() - pose.y();
+        point_m.x() = std::cos(pose.z()) * x_m + std::sin(pose.z()) * y_m;
+        point_m.y() = std::cos(pose.z()) * y_m - std::sin(pose.z()) * x_m;
       }
       return sight(point_m);
     };

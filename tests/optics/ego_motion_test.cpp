@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/quantity.h"
 
 namespace vildar {
@@ -40,6 +42,75 @@ TEST(EgoMotion, StampsThatJumpByYearsEndInTime) {
   const EgoMotion motion(ego, RoadSite{});
   EXPECT_NEAR(motion.driven({}, kYears_s).x_m / (20.0 * kYears_s), 1.0, 1e-9);
   EXPECT_NEAR(motion.deviation(0.0, kYears_s).ahead_m / (20.0 * kYears_s), 0.0, 1e-9);
+}
+
+EgoSite swerving(double begin_s, double length_s, double drift_rad_per_s) {
+  EgoSite ego{{20.0, 0.0}, {}, {}};
+  for (int i = 0; i <= 2000; ++i) {
+    const double time_s = 0.01 * i, phase = (time_s - begin_s) / length_s;
+    const bool swerves = phase > 0.0 && phase < 1.0;
+    ego.trace.push_back(
+        {time_s, 20.0, drift_rad_per_s + (swerves ? 0.08 * std::sin(2.0 * kPi * phase) : 0.0)});
+  }
+  return ego;
+}
+
+// By the integral of the yaw rate: 0.08 L (1 - cos 2 pi phase) / (2 pi).
+TEST(EgoMotion, TellsASwerveFromTheRoad) {
+  for (const double drift_rad_per_s : {0.0, 0.004}) {
+    const EgoMotion motion(swerving(8.0, 3.0, drift_rad_per_s), RoadSite{});
+    for (const double reference_s : {8.6, 9.5, 10.2}) {
+      const double phase = (reference_s - 8.0) / 3.0;
+      const double off_rad = 0.08 * 3.0 * (1.0 - std::cos(2.0 * kPi * phase)) / (2.0 * kPi);
+      const auto [heading_rad, delay_s, turns, aside_std_m] = motion.own_way(reference_s);
+      EXPECT_NEAR(heading_rad.mean, off_rad, 0.003) << reference_s;
+      EXPECT_NEAR(heading_rad.std, 0.2 * 0.08 * 3.0 / kPi, 0.002) << reference_s;
+      // The mean heading is half of the largest, held for 3 s at 20 m/s.
+      EXPECT_NEAR(aside_std_m, 0.5 * 60.0 * 0.08 * 3.0 / (2.0 * kPi), 0.3) << reference_s;
+    }
+  }
+}
+
+TEST(EgoMotion, KeepsToTheRoadWhereItTurnsEvenlyOrNotAtAll) {
+  for (const double drift_rad_per_s : {0.001, 0.02}) {
+    const Uncertain even =
+        EgoMotion(swerving(-9.0, 3.0, drift_rad_per_s), RoadSite{}).own_way(6.0).heading_rad;
+    EXPECT_NEAR(even.mean, 0.0, 1e-3);
+    EXPECT_GT(even.std, 0.002);
+    EXPECT_LT(even.std, 0.008);
+  }
+  // Turns off at a junction, 0.4 rad/s from 9 s on.
+  EgoSite turns_off{{8.0, 0.0}, {}, {}};
+  for (int i = 0; i <= 1200; ++i) turns_off.trace.push_back({0.01 * i, 8.0, i > 900 ? 0.4 : 0.0});
+  const Uncertain before = EgoMotion(turns_off, RoadSite{}).own_way(7.0).heading_rad;
+  EXPECT_NEAR(before.mean, 0.0, 1e-3);
+  EXPECT_LT(before.std, 0.035);
+  EXPECT_EQ(EgoMotion(EgoSite{{20.0, 0.0}, {}, {}}, RoadSite{}).own_way(3.0).heading_rad,
+            Uncertain{});
+  EXPECT_EQ(EgoMotion().own_way(3.0).heading_rad, Uncertain{});
+}
+
+// The same trace, 20 ms later and earlier.
+TEST(EgoMotion, SaysWhatADelayOfItsTraceWouldChange) {
+  constexpr double kLate_s = 0.02, kReference_s = 8.7;
+  const auto late = [](double late_s) {
+    EgoSite ego = swerving(8.0, 3.0, 0.01);
+    for (EgoSample& sample : ego.trace) {
+      sample.speed_mps += 1.5 * sample.time_s;
+      sample.time_s += late_s;
+    }
+    return EgoMotion(ego, RoadSite{});
+  };
+  const EgoMotion told = late(0.0), later = late(kLate_s), earlier = late(-kLate_s);
+  for (const double time_s : {6.0, 8.2, 9.4, 10.5, 12.0}) {
+    const auto by_delay = told.deviation(kReference_s, time_s).by_delay;
+    const EgoDeviation after = later.deviation(kReference_s, time_s);
+    const EgoDeviation before = earlier.deviation(kReference_s, time_s);
+    EXPECT_NEAR(by_delay.along_m, (after.along_m - before.along_m) / (2.0 * kLate_s), 0.02);
+    EXPECT_NEAR(by_delay.left_m, (after.left_m - before.left_m) / (2.0 * kLate_s), 0.02);
+    EXPECT_NEAR(by_delay.heading_rad, (after.heading_rad - before.heading_rad) / (2.0 * kLate_s),
+                2e-3);
+  }
 }
 
 }  // namespace
