@@ -6,8 +6,8 @@ namespace vildar {
 
 /// The mean of ln V over the posterior of the full power law (pass_posterior), every prior of
 /// `known`, lamps unlike the law and the background in it: the row `ml_photodiode`. The 95 %
-/// interval is log-normal. Misses: outside_model where no motion explains the light; bad_fit where
-/// it is explained poorly, only with the priors strained, or by lamps unlike the law;
+/// interval is log-normal. Misses: outside_model where no motion explains the light, or lamps
+/// unlike the law do; bad_fit where it is explained poorly or only with the priors strained;
 /// too_uncertain.
 Outcome<PowerSpeed> ml_speed(const PowerSeries& series, const PowerCase& known);
 
