@@ -309,11 +309,6 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
   auto fitted = fit_trajectories(track, camera, site, result.warnings);
   if (const Miss* miss = std::get_if<Miss>(&fitted)) {
     result.withheld = *miss;
-    if (result.withheld == Miss::no_scale)
-      result.warnings.push_back(
-          "speed is unobservable: no length fixes the scale; measure one of lamps.height_m (with "
-          "camera.position_m), lamps.separation_m, road.radius_m, or the distance between two "
-          "photodiodes along the road");
   } else {
     trajectories = std::get<std::vector<Trajectory>>(std::move(fitted));
     result.n_frames = trajectories.front().frames;
@@ -343,6 +338,11 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
         stand_in(*delay.fit, result);
     }
   }
+  if (result.withheld == Miss::no_scale)
+    result.warnings.push_back(
+        "speed is unobservable: no length fixes the scale; measure one of lamps.height_m (with "
+        "camera.position_m), lamps.separation_m, road.radius_m, or the distance between two "
+        "photodiodes along the road");
   if (!trajectories.empty() && !result.withheld && result.used_camera)
     check_sensors(trajectories, result);
   if (!trajectories.empty() && !result.withheld && result.used_camera) {
