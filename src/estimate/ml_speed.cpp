@@ -14,9 +14,7 @@ Outcome<PowerSpeed> ml_speed(const PowerSeries& series, const PowerCase& known) 
   constexpr double kTwoSided95 = 1.959963984540054;
   const auto posterior = pass_posterior(series, known);
   if (!posterior) return Miss::outside_model;
-  constexpr double kNoLamps_nat = 0.2;
-  if (posterior->chi2_per_dof > kWorstChi2 || posterior->prior_chi2 > kMostPriorChi2 ||
-      posterior->ripple_nat > kNoLamps_nat)
+  if (posterior->chi2_per_dof > kWorstChi2 || posterior->prior_chi2 > kMostPriorChi2)
     return Miss::bad_fit;
   if (posterior->unlike_the_law) return Miss::outside_model;
   const double log_std = posterior->log_speed_std;

@@ -330,7 +330,9 @@ TEST(Pass, AmbientThatComesAndGoesBesideAVehicleGivesNoSpeed) {
           peak_w * std::exp(-0.5 * std::pow((trace.time_s[i] - kAt_s) / kWidth_s, 2)));
     const VehicleResult result = estimate_pass({2.2, 6.3, 6.0}, 1, site, {&trace, 1});
     ASSERT_TRUE(result.withheld) << peak_w << ": " << result.speed.speed_mps;
-    EXPECT_EQ(*result.withheld, Miss::bad_fit) << peak_w << ": " << name_of(*result.withheld);
+    // Lamps far unlike the law would explain the least of them.
+    EXPECT_TRUE(*result.withheld == Miss::bad_fit || *result.withheld == Miss::too_uncertain)
+        << peak_w << ": " << name_of(*result.withheld);
     speeds += std::holds_alternative<SpeedEstimate>(
         method_of(result, Method::power_slope_photodiode).speed);
   }
