@@ -162,18 +162,16 @@ class Measuring {
     measured_.add(std::move(estimate));
   }
 
-  // A speed that the time left out changes by half its sigma is not given.
   void withhold_where_frames_miss(VehicleEstimate& estimate) const {
-    constexpr double kMostOfSigma = 0.5;
-    const VehicleResult& result = estimate.result;
-    if (result.withheld || estimate.rows.empty()) return;
+    if (estimate.rows.empty()) return;
     const double share = steps_.missing_share(estimate.rows.front().sighting.frame,
                                               estimate.rows.back().sighting.frame);
-    if (share * result.speed.speed_mps <= kMostOfSigma * result.speed.std_mps) return;
+    if (!bears_on(share, estimate.result)) return;
     withhold(estimate, Miss::frames_missing,
              {Method::geometry_camera, Method::fused, Method::power_slope_camera,
               Method::curved_angle_camera},
-             "its lamps jump by whole frames' ways: some " + fixed_text(100.0 * share, 1) +
+             "its lamps jump by whole frames' ways: some " +
+                 fixed_text(100.0 * share / (1.0 + share), 0) +
                  " % of the frames are missing, and the time stamps go on as if none were");
   }
 

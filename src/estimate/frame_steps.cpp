@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/median.h"
@@ -46,22 +47,23 @@ struct LocalVelocity {
 std::optional<LocalVelocity> velocity_at(const std::vector<Step>& steps, std::size_t at) {
   constexpr std::int64_t kReach = 7;  // frames
   constexpr std::size_t kFewest = 10;
-  std::vector<const Step*> around;
-  for (const Step& step : steps)
-    if (std::abs(step.frame - steps[at].frame) <= kReach) around.push_back(&step);
-  if (around.size() < kFewest) return std::nullopt;
+  std::size_t first = at, end = at + 1;
+  while (first > 0 && steps[at].frame - steps[first - 1].frame <= kReach) --first;
+  while (end < steps.size() && steps[end].frame - steps[at].frame <= kReach) ++end;
+  if (end - first < kFewest) return std::nullopt;
+  const std::span<const Step> around = std::span(steps).subspan(first, end - first);
 
   std::vector<double> frames, u_px_per_s, v_px_per_s, off_px;
-  for (const Step* step : around) {
-    frames.push_back(static_cast<double>(step->frame - steps[at].frame));
-    u_px_per_s.push_back(step->way_px.x() / step->duration_s);
-    v_px_per_s.push_back(step->way_px.y() / step->duration_s);
+  for (const Step& step : around) {
+    frames.push_back(static_cast<double>(step.frame - steps[at].frame));
+    u_px_per_s.push_back(step.way_px.x() / step.duration_s);
+    v_px_per_s.push_back(step.way_px.y() / step.duration_s);
   }
   const RobustLine u = least_deviations_line(frames, u_px_per_s);
   const RobustLine v = least_deviations_line(frames, v_px_per_s);
   for (std::size_t i = 0; i < around.size(); ++i)
-    off_px.push_back((around[i]->way_px -
-                      around[i]->duration_s * Eigen::Vector2d(u.at(frames[i]), v.at(frames[i])))
+    off_px.push_back((around[i].way_px -
+                      around[i].duration_s * Eigen::Vector2d(u.at(frames[i]), v.at(frames[i])))
                          .norm());
   // Of the lengths of two-dimensional errors half are shorter than 1.177 sigma.
   return LocalVelocity{{u.at_zero, v.at_zero}, median(off_px) / 1.177};
@@ -94,6 +96,7 @@ void FrameSteps::add(const VehicleTrack& track) {
   for (const auto side : {&VehicleSighting::left, &VehicleSighting::right}) {
     const std::vector<Step> steps = steps_of(track, side);
     for (std::size_t i = 0; i < steps.size(); ++i) {
+      if (steps[i].frame < first_kept_) continue;
       const auto velocity = velocity_at(steps, i);
       if (!velocity) continue;
       const Eigen::Vector2d way_px = steps[i].duration_s * velocity->px_per_s;
@@ -104,8 +107,10 @@ void FrameSteps::add(const VehicleTrack& track) {
       evidence.weight += weight * way_px.squaredNorm();
     }
   }
-  for (; steps_.size() > kMostSteps; steps_.erase(steps_.begin()))
+  for (; steps_.size() > kMostSteps; steps_.erase(steps_.begin())) {
     steps_.begin()->second.count_in(forgotten_);
+    first_kept_ = steps_.begin()->first + 1;
+  }
 }
 
 FrameSteps::Tally FrameSteps::between(std::int64_t first, std::int64_t last) const {
@@ -128,6 +133,13 @@ double FrameSteps::missing_share(std::int64_t first, std::int64_t last) const {
   const Tally own = between(first, last);
   const Tally& tally = own.judged < kFewestJudged ? clip : own;
   return static_cast<double>(tally.unfilled()) / static_cast<double>(tally.judged);
+}
+
+bool bears_on(double missing_share, const VehicleResult& result) {
+  constexpr double kMostOfSigma = 0.5;
+  if (result.withheld || !result.used_camera) return false;
+  const double closing_mps = std::abs(result.closing_speed_mps.value_or(result.speed.speed_mps));
+  return missing_share * closing_mps > kMostOfSigma * result.speed.std_mps;
 }
 
 }  // namespace vildar

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 
+#include "types/result.h"
 #include "types/vehicle_track.h"
 
 namespace vildar {
@@ -34,8 +35,9 @@ class FrameSteps {
   /// Of the frames `first` to `last`; the last 20 000 steps are kept one by one.
   Tally between(std::int64_t first, std::int64_t last) const;
   Tally all() const;
-  /// Share of time that the stamps leave out within these frames: of the steps judged there, or of
-  /// all of the clip where those are few. 0 where fewer than kFewestMissing are missing in all.
+  /// Time that the stamps leave out within these frames over what they tell: of the steps judged
+  /// there, or of all of the clip where those are few. 0 where fewer than kFewestMissing are
+  /// missing in all.
   double missing_share(std::int64_t first, std::int64_t last) const;
 
  private:
@@ -46,6 +48,11 @@ class FrameSteps {
   };
   std::map<std::int64_t, Evidence> steps_;  ///< by the frame that they start from
   Tally forgotten_;
+  std::int64_t first_kept_ = 0;
 };
+
+/// Whether time left out by such a share changes a speed by half its sigma or more: all that the
+/// camera sees of a vehicle's way is its closing speed.
+bool bears_on(double missing_share, const VehicleResult& result);
 
 }  // namespace vildar

@@ -42,6 +42,9 @@ struct PriorResidual {
            (priors.motion ? 2 : 0) + some_of(priors.turn_rad) + some_of(problem->ego_unknowns);
   }
 
+  /// Of these the first; those on the own motion come last.
+  int metric_count() const { return count() - some_of(problem->ego_unknowns); }
+
   template <class T>
   bool operator()(const T* p, T* residual) const {
     using std::exp;

@@ -70,7 +70,7 @@ Outcome<GeometryFit> fit_geometry(const GeometryProblem& problem, const PathVect
   const PriorResidual priors{&problem};
   Eigen::VectorXd residual(priors.count());
   priors(fit.parameters.data(), residual.data());
-  fit.prior_chi2 = residual.squaredNorm();
+  fit.prior_chi2 = residual.head(priors.metric_count()).squaredNorm();
   return fit;
 }
 

@@ -28,7 +28,7 @@ enum PathParameter : int {
   kPitch,
   kRoll,
   kHeading,   ///< of the camera's own vehicle off the road's at the reference time, rad
-  kEgoDelay,  ///< by which the trace of its motion is late, s
+  kEgoDelay,  ///< to be added to the stamps of the trace of its motion, s
   kEgoTurns,  ///< relative error of its yaw rates
   kPathParameters,
 };

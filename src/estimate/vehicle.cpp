@@ -218,7 +218,9 @@ bool pulses_by_its_peak(const PowerTrace& trace, const Site& site, double from_s
 
 struct Delay {
   std::optional<DelayFit> fit;
-  bool of_several = false;  ///< of a vehicle, too, that the camera does not see
+  /// Why nothing is to be taken from this light: several_vehicles where one shines, too, that the
+  /// camera does not see, outside_model where lamps pulse.
+  std::optional<Miss> spoilt;
 };
 
 // Adds the method `delay_photodiodes`. The vehicle passes the photodiodes after the camera has lost
@@ -241,24 +243,30 @@ Delay delay_of(const Site& site, std::span<const VehiclePower> power, const Traj
   Delay delay;
   if (fit && std::ranges::any_of(traces, [&](const PowerTrace* trace) {
         return pulses_by_its_peak(*trace, site, from_s, to_s);
-      })) {
-    row.speed = Miss::outside_model;
-  } else if (fit && of_several(*fit, lanes_towards(site.road), 0.0)) {
-    row.speed = Miss::several_vehicles;
-    delay.of_several = true;
-  } else if (fit && useful(fit->speed)) {
+      }))
+    delay.spoilt = Miss::outside_model;
+  else if (fit && of_several(*fit, lanes_towards(site.road), 0.0))
+    delay.spoilt = Miss::several_vehicles;
+  else if (fit && useful(fit->speed))
     delay.fit = *fit;
-  }
+  if (delay.spoilt) row.speed = *delay.spoilt;
   result.methods.push_back(row);
   return delay;
 }
 
-void leave_to_camera(VehicleResult& result) {
-  if (!result.withheld)
-    result.methods.push_back({Method::fused, Miss::several_vehicles, result.n_frames, ""});
+// Of light that is spoilt no method's speed stands, and none contradicts the camera's.
+void leave_to_camera(Miss why, VehicleResult& result) {
+  for (MethodResult& row : result.methods)
+    if (row.method == Method::power_slope_photodiode || row.method == Method::ml_photodiode ||
+        row.method == Method::curved_angle_photodiode)
+      row.speed = why;
+  if (!result.withheld) result.methods.push_back({Method::fused, why, result.n_frames, ""});
   result.warnings.push_back(
-      "the photodiodes' light does not move as that of one vehicle, another that the camera does "
-      "not see may pass beside it: no speed is taken from it");
+      why == Miss::several_vehicles
+          ? "the photodiodes' light does not move as that of one vehicle, another that the camera "
+            "does not see may pass beside it: no speed is taken from it"
+          : "the photodiodes' light jumps from sample to sample, as of lamps that pulse: no speed "
+            "is taken from it");
 }
 
 // Where bearings give no speed for want of scale or of data, the delay's stands.
@@ -330,8 +338,8 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
       for (MethodResult& row : photodiode_methods(track, site, power, trajectory))
         result.methods.push_back(std::move(row));
       const Delay delay = power.size() > 1 ? delay_of(site, power, trajectory, result) : Delay{};
-      if (delay.of_several)
-        leave_to_camera(result);
+      if (delay.spoilt)
+        leave_to_camera(*delay.spoilt, result);
       else if (trajectory && !result.withheld)
         fuse(track, site, power, delay.fit ? &*delay.fit : nullptr, trajectories, result);
       else if (delay.fit)

@@ -101,10 +101,11 @@ OwnWay EgoMotion::own_way(double reference_s) const {
   constexpr Uncertain kDelay_s{0.0, 0.1}, kTurns{0.0, 0.02};
   if (site_.trace.empty()) return {};
   if (!turns_known_) return {{}, kDelay_s, {}, 0.0};
+  const OwnWay untold{{0.0, kLaneKeeping_rad}, kDelay_s, kTurns, 0.0};
+  if (!covers(reference_s, reference_s)) return untold;
   const double from_s = std::max(reference_s - kReach_s, site_.trace.front().time_s);
   const double to_s = std::min(reference_s + kReach_s, site_.trace.back().time_s);
   const auto steps = static_cast<int>((to_s - from_s) / kStep_s);
-  const OwnWay untold{{0.0, kLaneKeeping_rad}, kDelay_s, kTurns, 0.0};
   if (steps < 2) return untold;
   std::vector<double> after_s, heading_rad;
   double turned_rad = 0.0, at_reference_rad = 0.0;
@@ -138,9 +139,12 @@ OwnWay EgoMotion::own_way(double reference_s) const {
     rightmost_m = std::min(rightmost_m, aside_m);
     leftmost_m = std::max(leftmost_m, aside_m);
   }
+  // A line's variance where it is read, over that of its mean: its points are even in time.
   const double seen_s = times_s.back() - times_s.front();
-  const double mean_std_rad = kLaneKeeping_rad / std::sqrt(1.0 + seen_s / kToAndFro_s);
-  return {{at_reference_rad - road.at_zero, std::hypot(kUnsure * swing_rad, mean_std_rad)},
+  const double off_middle = 0.5 * (times_s.back() + times_s.front()) / seen_s;
+  const double keeping_rad = kLaneKeeping_rad * std::sqrt((1.0 + 12.0 * off_middle * off_middle) /
+                                                          (1.0 + seen_s / kToAndFro_s));
+  return {{at_reference_rad - road.at_zero, std::hypot(kUnsure * swing_rad, keeping_rad)},
           kDelay_s,
           kTurns,
           0.5 * (leftmost_m - rightmost_m)};

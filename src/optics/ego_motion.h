@@ -17,8 +17,8 @@ struct EgoDeviation {
   /// radius, is followed, and this is zero.
   double way_m = 0.0;
   double curvature_per_m = 0.0;  ///< of the road as left_m and heading_rad take it; left: positive
-  /// What along_m (and ahead_m), left_m and heading_rad change by for each second by which the
-  /// trace is late.
+  /// What along_m (and ahead_m), left_m and heading_rad change by for each second that is added to
+  /// the trace's stamps.
   struct {
     double along_m = 0.0, left_m = 0.0, heading_rad = 0.0;
   } by_delay;
@@ -35,7 +35,7 @@ struct DrivenPose {
 /// How the camera's own vehicle drives on its road at one time.
 struct OwnWay {
   Uncertain heading_rad;     ///< off the road's, anticlockwise
-  Uncertain delay_s;         ///< of the trace behind the clip's clock
+  Uncertain delay_s;         ///< to be added to the trace's stamps
   Uncertain turns;           ///< relative error of its yaw rates
   double aside_std_m = 0.0;  ///< off the road's line y = 0: half of how far it goes to and fro
 };
@@ -52,7 +52,7 @@ class EgoMotion {
   double speed_std_mps() const { return moving_ ? site_.speed_mps.std : 0.0; }
   EgoDeviation deviation(double reference_s, double time_s) const;
   /// As yaw rates tell it: over some seconds about `reference_s` one drives along the road for the
-  /// most part. Zero, and called known, without them.
+  /// most part. Without them the heading is zero, and called known.
   OwnWay own_way(double reference_s) const;
   /// Driven on, or back, from a pose: it turns as yaw rates say, else as the road's line y = 0
   /// turns `way_m` from where the clip began.

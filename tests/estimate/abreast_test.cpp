@@ -128,6 +128,8 @@ TEST_F(BesideACamera, LampsThatPulseTellNoDelay) {
     }
   const VehicleResult result = seen_with(traces, site_);
   ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
+  EXPECT_EQ(result.method, Method::geometry_camera);
+  EXPECT_FALSE(result.used_photodiode);
   EXPECT_EQ(std::get<Miss>(delay_in(result).speed), Miss::outside_model);
   EXPECT_LT(std::abs(result.speed.speed_mps - 20.0), 4.0 * result.speed.std_mps);
 }

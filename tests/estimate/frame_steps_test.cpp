@@ -110,10 +110,27 @@ TEST(FrameSteps, AFrameShownTwiceFillsTheTimeOfOneThatIsMissing) {
 
 TEST(FrameSteps, ACameraThatShakesLosesNoFrames) {
   Clip clip(0.1);
-  std::normal_distribution<double> shift_px(0.0, 2.0);
+  std::normal_distribution<double> shift_px(0.0, 0.3);
   for (int i = 0; i < 68; ++i)
     clip.show(i / kRate_hz, i / kRate_hz, {shift_px(clip.random()), shift_px(clip.random())});
+  EXPECT_GT(clip.steps().all().judged, 5);
   EXPECT_EQ(clip.steps().missing_share(0, 67), 0.0);
+}
+
+TEST(FrameSteps, WhatTheCameraSeesIsTheClosingSpeed) {
+  VehicleResult result;
+  result.used_camera = true;
+  result.speed.speed_mps = 20.0;
+  result.speed.std_mps = 0.5;
+  EXPECT_TRUE(bears_on(0.02, result));
+  EXPECT_FALSE(bears_on(0.01, result));
+  result.closing_speed_mps = 40.0;  // of a dashcam at 20 m/s
+  EXPECT_TRUE(bears_on(0.01, result));
+  result.closing_speed_mps = -0.5;  // of one ahead of it
+  EXPECT_FALSE(bears_on(0.1, result));
+  result.closing_speed_mps = 40.0;
+  result.used_camera = false;  // photodiodes have their own clock
+  EXPECT_FALSE(bears_on(0.1, result));
 }
 
 }  // namespace

@@ -177,11 +177,12 @@ TEST(Geometry, ADashcamThatSwervesKeepsItsIntervals) {
     const Swerve swerve{random.uniform(3.0, 5.0), random.uniform(2.0, 3.0),
                         random.uniform(0.03, 0.09) * (i % 2 == 0 ? 1.0 : -1.0)};
     site.ego = EgoSite{{18.0, 0.0}, {}, {}};
+    const double late_s = random.uniform(-0.1, 0.1), turns = 1.0 + 0.02 * random.normal();
     for (int k = -50; k <= 900; ++k) {
       const double time_s = 0.01 * k;
       site.ego->trace.push_back(
-          {time_s, 18.0,
-           (swerve.heading_rad(time_s + 1e-4) - swerve.heading_rad(time_s - 1e-4)) / 2e-4});
+          {time_s + late_s, 18.0,
+           turns * (swerve.heading_rad(time_s + 1e-4) - swerve.heading_rad(time_s - 1e-4)) / 2e-4});
     }
     simulated::Vehicle vehicle;
     vehicle.speed_mps = random.uniform(10.0, 30.0);

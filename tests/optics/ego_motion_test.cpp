@@ -79,6 +79,12 @@ TEST(EgoMotion, KeepsToTheRoadWhereItTurnsEvenlyOrNotAtAll) {
     EXPECT_GT(even.std, 0.002);
     EXPECT_LT(even.std, 0.008);
   }
+  // Beyond the trace's ends nothing is known of it but lane keeping.
+  const EgoMotion bend(swerving(-9.0, 3.0, 0.05), RoadSite{});
+  for (const double reference_s : {-1.0, 21.0}) {
+    EXPECT_EQ(bend.own_way(reference_s).heading_rad, (Uncertain{0.0, 0.008})) << reference_s;
+  }
+  EXPECT_GT(bend.own_way(0.0).heading_rad.std, 1.5 * bend.own_way(10.0).heading_rad.std);
   // Turns off at a junction, 0.4 rad/s from 9 s on.
   EgoSite turns_off{{8.0, 0.0}, {}, {}};
   for (int i = 0; i <= 1200; ++i) turns_off.trace.push_back({0.01 * i, 8.0, i > 900 ? 0.4 : 0.0});
