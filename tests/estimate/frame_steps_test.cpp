@@ -117,6 +117,24 @@ TEST(FrameSteps, ACameraThatShakesLosesNoFrames) {
   EXPECT_EQ(clip.steps().missing_share(0, 67), 0.0);
 }
 
+// Each time by some part of the lamps' way, now and then by about a whole one.
+TEST(FrameSteps, ACameraThatIsNudgedLosesNoFrames) {
+  Clip clip(0.05);
+  std::uniform_real_distribution<double> ways(0.4, 1.6);
+  Eigen::Vector2d shift_px(0.0, 0.0);
+  for (int i = 0; i < 68; ++i) {
+    const double range_m = 60.0 - 20.0 * i / kRate_hz;
+    if (i > 12 && i % 5 == 0)
+      shift_px += ways(clip.random()) * 540.0 * 20.0 / kRate_hz / (range_m * range_m) *
+                  Eigen::Vector2d(3.0, 4.3);
+    clip.show(i / kRate_hz, i / kRate_hz, shift_px);
+  }
+  const FrameSteps::Tally tally = clip.steps().all();
+  EXPECT_GE(tally.missing - tally.repeated, FrameSteps::kFewestMissing);
+  EXPECT_GE(tally.odd, 3);
+  EXPECT_EQ(tally.unfilled(), 0);
+}
+
 TEST(FrameSteps, WhatTheCameraSeesIsTheClosingSpeed) {
   VehicleResult result;
   result.used_camera = true;
