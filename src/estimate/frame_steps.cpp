@@ -73,18 +73,40 @@ std::optional<LocalVelocity> velocity_at(const std::vector<Step>& steps, std::si
 
 std::int64_t FrameSteps::Tally::unfilled() const {
   // Noise, and lamps taken for others, make few steps of just two frames' ways.
-  return jumps > 2 * odd ? std::max<std::int64_t>(0, missing - repeated) : 0;
+  return jumps > 2 * odd && !regular() ? std::max<std::int64_t>(0, missing - repeated) : 0;
 }
 
-void FrameSteps::Evidence::count_in(Tally& tally) const {
+// Nearly all jumps at one remainder, or at two neighbouring ones where the period slips, and a jump
+// in most of the steps there.
+bool FrameSteps::Tally::regular() const {
+  constexpr double kNearlyAll = 0.8, kMost = 0.5;
+  for (std::size_t period = 2; period < jumps_at.size(); ++period)
+    for (std::size_t at = 0; at < period; ++at) {
+      const std::size_t next = (at + 1) % period;
+      const auto both = static_cast<double>(jumps_at[period][at] + jumps_at[period][next]);
+      const auto judged_there =
+          0.5 * static_cast<double>(judged_at[period][at] + judged_at[period][next]);
+      if (both >= kNearlyAll * static_cast<double>(jumps) && both >= kMost * judged_there)
+        return true;
+    }
+  return false;
+}
+
+void FrameSteps::Evidence::count_in(Tally& tally, std::int64_t frame) const {
   constexpr double kSharp = 0.15, kPlain = 0.35, kWhole = 0.25;  // frames' ways
   if (!(weight * kSharp * kSharp > 1.0)) return;
   const double surplus = along / weight, whole = std::round(surplus);
   ++tally.judged;
+  const bool jump = surplus >= kPlain && whole > 0.0 && std::abs(surplus - whole) <= kWhole;
+  for (std::size_t period = 2; period < tally.judged_at.size(); ++period) {
+    const auto at = static_cast<std::size_t>(frame) % period;
+    ++tally.judged_at[period][at];
+    tally.jumps_at[period][at] += jump;
+  }
   if (std::abs(surplus) < kPlain) return;
   if (std::abs(surplus - whole) > kWhole || whole < -1.0) {
     ++tally.odd;
-  } else if (whole > 0.0) {
+  } else if (jump) {
     ++tally.jumps;
     tally.missing += static_cast<std::int64_t>(whole);
   } else {
@@ -108,7 +130,7 @@ void FrameSteps::add(const VehicleTrack& track) {
     }
   }
   for (; steps_.size() > kMostSteps; steps_.erase(steps_.begin())) {
-    steps_.begin()->second.count_in(forgotten_);
+    steps_.begin()->second.count_in(forgotten_, steps_.begin()->first);
     first_kept_ = steps_.begin()->first + 1;
   }
 }
@@ -116,13 +138,13 @@ void FrameSteps::add(const VehicleTrack& track) {
 FrameSteps::Tally FrameSteps::between(std::int64_t first, std::int64_t last) const {
   Tally tally;
   for (auto at = steps_.lower_bound(first); at != steps_.end() && at->first < last; ++at)
-    at->second.count_in(tally);
+    at->second.count_in(tally, at->first);
   return tally;
 }
 
 FrameSteps::Tally FrameSteps::all() const {
   Tally tally = forgotten_;
-  for (const auto& [frame, evidence] : steps_) evidence.count_in(tally);
+  for (const auto& [frame, evidence] : steps_) evidence.count_in(tally, frame);
   return tally;
 }
 

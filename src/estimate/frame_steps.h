@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 
@@ -25,9 +26,17 @@ class FrameSteps {
     std::int64_t repeated = 0;  ///< steps that show the frame before again
     std::int64_t odd = 0;       ///< steps that are no whole number of frames' ways
 
+    /// Steps judged and jumps by frame number modulo a period: at [period][remainder].
+    using ByRemainder = std::array<std::array<std::int64_t, 17>, 17>;
+    ByRemainder judged_at{}, jumps_at{};
+
     /// Frames that are missing for which no frame was shown twice; 0 where jumps do not stand out
-    /// of what is odd.
+    /// of what is odd, or come as regularly as where a clip was given another rate: then its stamps
+    /// are right on the whole.
     std::int64_t unfilled() const;
+
+   private:
+    bool regular() const;
   };
 
   /// What was seen of a vehicle; of one whose camera shakes, as a camera at rest sees it.
@@ -44,7 +53,7 @@ class FrameSteps {
   /// Of one step: sums over lamps of (way x surplus way) and way squared, over the variance.
   struct Evidence {
     double along = 0.0, weight = 0.0;
-    void count_in(Tally& tally) const;
+    void count_in(Tally& tally, std::int64_t frame) const;
   };
   std::map<std::int64_t, Evidence> steps_;  ///< by the frame that they start from
   Tally forgotten_;

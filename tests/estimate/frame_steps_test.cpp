@@ -108,6 +108,17 @@ TEST(FrameSteps, AFrameShownTwiceFillsTheTimeOfOneThatIsMissing) {
   EXPECT_EQ(tally.unfilled(), 0);
 }
 
+// As a real clip of 25 frames a second made from 30: one in six is left out, and the stamps of the
+// others are right on the whole.
+TEST(FrameSteps, AClipGivenAnotherRateHasItsTime) {
+  Clip clip(0.1);
+  int shown = 0;
+  for (int i = 0; i < 68; ++i)
+    if (i % 6 != 5) clip.show(i / kRate_hz, shown++ / 25.0);
+  EXPECT_GE(clip.steps().all().missing, FrameSteps::kFewestMissing);
+  EXPECT_EQ(clip.steps().all().unfilled(), 0);
+}
+
 TEST(FrameSteps, ACameraThatShakesLosesNoFrames) {
   Clip clip(0.1);
   std::normal_distribution<double> shift_px(0.0, 0.3);
