@@ -150,9 +150,10 @@ FrameSteps::Tally FrameSteps::all() const {
 
 double FrameSteps::missing_share(std::int64_t first, std::int64_t last) const {
   constexpr std::int64_t kFewestJudged = 20;
+  const Tally own = between(first, last);
+  if (own.judged >= kFewestJudged && own.unfilled() == 0) return 0.0;
   const Tally clip = all();
   if (clip.unfilled() < kFewestMissing) return 0.0;
-  const Tally own = between(first, last);
   const Tally& tally = own.judged < kFewestJudged ? clip : own;
   return static_cast<double>(tally.unfilled()) / static_cast<double>(tally.judged);
 }

@@ -1,52 +1,17 @@
-#include "scene.h"
-
 #include <gtest/gtest.h>
+
+#include "made_scenes.h"
 
 namespace vildar {
 namespace {
 
+using scene::car;
 using scene::Car;
+using scene::dashcam;
+using scene::expect_each_car_once;
+using scene::mast;
 using scene::Scene;
-
-Scene mast() {
-  Scene made;
-  made.site = scene::site_of(5.0, -4.0, 1400.0, 1920, 1080);
-  return made;
-}
-
-Scene dashcam(double ego_mps) {
-  Scene made;
-  made.site = scene::site_of(1.3, 0.0, 1000.0, 1280, 720);
-  made.site.ego = EgoSite{Uncertain{ego_mps, 0.5}, {}, {}};
-  return made;
-}
-
-Scene tower() {
-  Scene made;
-  made.site = scene::site_of(20.0, -20.0, 600.0, 480, 360);
-  made.resolution_px = 3.0;
-  return made;
-}
-
-Car car(double x_m, double y_m, double speed_mps, LampKind kind = LampKind::headlamp) {
-  Car one;
-  one.x_m = x_m;
-  one.y_m = y_m;
-  one.speed_mps = speed_mps;
-  one.kind = kind;
-  return one;
-}
-
-// One pure track for each car and no other track.
-void expect_each_car_once(const scene::Outcome& outcome, std::size_t cars, double least_recall) {
-  EXPECT_EQ(outcome.tracks.size(), cars);
-  for (std::size_t i = 0; i < outcome.tracks.size(); ++i)
-    EXPECT_TRUE(outcome.car_of(i)) << "track " << outcome.tracks[i].id << " holds several lights";
-  for (int c = 0; c < static_cast<int>(cars); ++c) {
-    EXPECT_EQ(outcome.tracks_of(c), 1) << "car " << c;
-    EXPECT_GE(outcome.recall(c), least_recall) << "car " << c;
-  }
-}
+using scene::tower;
 
 TEST(TrackScene, MastSeesBothDirectionsAndNoStreetLamps) {
   Scene made = mast();
@@ -107,18 +72,6 @@ TEST(TrackScene, EndsOfLongStreaksOnTheRoadAreNotVehicles) {
     EXPECT_EQ(outcome.tracks.size(), 2U) << heights << " lamp heights below";
     expect_each_car_once(outcome, 2, 0.8);
   }
-}
-
-TEST(TrackScene, DashcamSeparatesTrafficFromWhatStands) {
-  Scene made = dashcam(14.0);
-  made.cars = {car(150, 3.6, -13), car(190, 3.6, -12), car(25, 0, 15, LampKind::taillamp),
-               car(90, 3.6, 0)};  // the last one waits with its lamps on
-  for (int i = 0; i < 6; ++i) made.street_lamps.push_back({30.0 + 25.0 * i, -6.0, 8.0});
-  made.duration_s = 6.0;
-  const auto outcome = scene::run(made);
-  expect_each_car_once(outcome, 4, 0.8);
-  for (const VehicleTrack& track : outcome.tracks) EXPECT_FALSE(track.direction_contradicts);
-  EXPECT_GE(outcome.counts.static_lights, 4);
 }
 
 TEST(TrackScene, ShakingViewOfATwentyCarQueue) {
@@ -263,14 +216,6 @@ TEST(TrackScene, MotionAgainstTheColourIsMarked) {
   for (const VehicleTrack& track : outcome.tracks) EXPECT_TRUE(track.direction_contradicts);
 }
 
-TEST(TrackScene, TailLampsThatADashcamOvertakesDoNotContradict) {
-  Scene made = dashcam(30.0);
-  made.cars = {car(80, -3.5, 20, LampKind::taillamp)};
-  const auto outcome = scene::run(made);
-  ASSERT_EQ(outcome.tracks.size(), 1U);
-  EXPECT_FALSE(outcome.tracks[0].direction_contradicts);
-}
-
 // Letters burnt into the picture, a sign: as far apart as lamps, and far brighter.
 TEST(TrackScene, PairsThatStayAreNoVehiclesAndHideNone) {
   for (const double power : {1.0, 300.0}) {
@@ -357,25 +302,6 @@ TEST(TrackScene, LampsOfVeryUnequalLightAreNoPair) {
   made.cars[0].left_power = 0.05;
   const auto outcome = scene::run(made);
   for (const VehicleTrack& track : outcome.tracks) EXPECT_TRUE(track.single_lamp);
-}
-
-TEST(TrackScene, WhitenedTailLampsAheadOfADashcamRecede) {
-  Scene made = dashcam(12.0);
-  made.cars = {car(22, 0, 12.5)};
-  made.cars[0].cr = 0.045;
-  made.duration_s = 6.0;
-  const auto outcome = scene::run(made);
-  ASSERT_EQ(outcome.tracks.size(), 1U);
-  EXPECT_EQ(outcome.tracks[0].kind, LampKind::taillamp);
-  EXPECT_EQ(outcome.tracks[0].direction, Direction::receding);
-  EXPECT_FALSE(outcome.tracks[0].direction_contradicts);
-}
-
-TEST(TrackScene, WhiteLightsThatKeepAheadOfADashcamAreNoOncomingVehicle) {
-  Scene made = dashcam(12.0);
-  made.cars = {car(22, 0, 12.5)};
-  made.duration_s = 6.0;
-  EXPECT_TRUE(scene::run(made).tracks.empty());
 }
 
 TEST(TrackScene, OneLampHiddenForAWhileDoesNotSplitTheTrack) {
@@ -491,36 +417,6 @@ TEST(TrackScene, ARowOfFourLampsIsNotPairedAcrossInSilence) {
   EXPECT_EQ(in_silence, 0);
   EXPECT_GT(across, 0);  // else the scenes are too easy to show anything
   EXPECT_LE(doubted, kFew * tracks);
-}
-
-// A light that stands moves through a dashcam's picture as its way dictates: what is left is the
-// shake.
-TEST(TrackScene, StreetLampsTellADashcamsShake) {
-  Scene made;
-  made.site = scene::site_of(1.3, -2.0, 800.0, 960, 540);
-  made.site.camera->pitch_rad.std = 0.002;
-  made.site.ego = EgoSite{{12.0, 0.1}, {}, {}};
-  Car car;
-  car.x_m = 150.0;
-  car.y_m = 3.5;
-  car.speed_mps = -8.0;
-  made.cars = {car};
-  for (int i = 0; i < 10; ++i)
-    made.street_lamps.emplace_back(30.0 + 22.0 * i, i % 2 ? 9.0 : -6.0, 8.0);
-  made.shake_px = 2.0;
-  const scene::Outcome shaken = scene::run(made);
-  double square_px2 = 0.0, frames = 0.0;
-  for (std::size_t k = 0; k < shaken.turns.size(); ++k) {
-    if (!shaken.turns[k]) continue;
-    const Eigen::Vector3d& turn_rad = shaken.turns[k]->rotation_rad;
-    square_px2 +=
-        (800.0 * Eigen::Vector2d(-turn_rad.y(), turn_rad.x()) - shaken.shakes_px[k]).squaredNorm();
-    frames += 1.0;
-  }
-  EXPECT_GT(frames, 100.0);
-  EXPECT_LT(std::sqrt(0.5 * square_px2 / frames), 0.25 * made.shake_px);
-  made.shake_px = 0.0;
-  for (const auto& turn : scene::run(made).turns) EXPECT_FALSE(turn);
 }
 
 }  // namespace

@@ -1,0 +1,84 @@
+#include <gtest/gtest.h>
+
+#include "made_scenes.h"
+
+namespace vildar {
+namespace {
+
+using scene::car;
+using scene::Car;
+using scene::dashcam;
+using scene::expect_each_car_once;
+using scene::Scene;
+
+TEST(DashcamScene, DashcamSeparatesTrafficFromWhatStands) {
+  Scene made = dashcam(14.0);
+  made.cars = {car(150, 3.6, -13), car(190, 3.6, -12), car(25, 0, 15, LampKind::taillamp),
+               car(90, 3.6, 0)};  // the last one waits with its lamps on
+  for (int i = 0; i < 6; ++i) made.street_lamps.push_back({30.0 + 25.0 * i, -6.0, 8.0});
+  made.duration_s = 6.0;
+  const auto outcome = scene::run(made);
+  expect_each_car_once(outcome, 4, 0.8);
+  for (const VehicleTrack& track : outcome.tracks) EXPECT_FALSE(track.direction_contradicts);
+  EXPECT_GE(outcome.counts.static_lights, 4);
+}
+
+TEST(DashcamScene, TailLampsThatADashcamOvertakesDoNotContradict) {
+  Scene made = dashcam(30.0);
+  made.cars = {car(80, -3.5, 20, LampKind::taillamp)};
+  const auto outcome = scene::run(made);
+  ASSERT_EQ(outcome.tracks.size(), 1U);
+  EXPECT_FALSE(outcome.tracks[0].direction_contradicts);
+}
+
+TEST(DashcamScene, WhitenedTailLampsAheadOfADashcamRecede) {
+  Scene made = dashcam(12.0);
+  made.cars = {car(22, 0, 12.5)};
+  made.cars[0].cr = 0.045;
+  made.duration_s = 6.0;
+  const auto outcome = scene::run(made);
+  ASSERT_EQ(outcome.tracks.size(), 1U);
+  EXPECT_EQ(outcome.tracks[0].kind, LampKind::taillamp);
+  EXPECT_EQ(outcome.tracks[0].direction, Direction::receding);
+  EXPECT_FALSE(outcome.tracks[0].direction_contradicts);
+}
+
+TEST(DashcamScene, WhiteLightsThatKeepAheadOfADashcamAreNoOncomingVehicle) {
+  Scene made = dashcam(12.0);
+  made.cars = {car(22, 0, 12.5)};
+  made.duration_s = 6.0;
+  EXPECT_TRUE(scene::run(made).tracks.empty());
+}
+
+// A light that stands moves through a dashcam's picture as its way dictates: what is left is the
+// shake.
+TEST(DashcamScene, StreetLampsTellADashcamsShake) {
+  Scene made;
+  made.site = scene::site_of(1.3, -2.0, 800.0, 960, 540);
+  made.site.camera->pitch_rad.std = 0.002;
+  made.site.ego = EgoSite{{12.0, 0.1}, {}, {}};
+  Car car;
+  car.x_m = 150.0;
+  car.y_m = 3.5;
+  car.speed_mps = -8.0;
+  made.cars = {car};
+  for (int i = 0; i < 10; ++i)
+    made.street_lamps.emplace_back(30.0 + 22.0 * i, i % 2 ? 9.0 : -6.0, 8.0);
+  made.shake_px = 2.0;
+  const scene::Outcome shaken = scene::run(made);
+  double square_px2 = 0.0, frames = 0.0;
+  for (std::size_t k = 0; k < shaken.turns.size(); ++k) {
+    if (!shaken.turns[k]) continue;
+    const Eigen::Vector3d& turn_rad = shaken.turns[k]->rotation_rad;
+    square_px2 +=
+        (800.0 * Eigen::Vector2d(-turn_rad.y(), turn_rad.x()) - shaken.shakes_px[k]).squaredNorm();
+    frames += 1.0;
+  }
+  EXPECT_GT(frames, 100.0);
+  EXPECT_LT(std::sqrt(0.5 * square_px2 / frames), 0.25 * made.shake_px);
+  made.shake_px = 0.0;
+  for (const auto& turn : scene::run(made).turns) EXPECT_FALSE(turn);
+}
+
+}  // namespace
+}  // namespace vildar
