@@ -35,8 +35,11 @@ StatedOutcome outcome_of(const CsvReader& csv) {
     outcome.speed = {csv.number("t_ref_s"), csv.number("speed_mps"),
                      csv.optional_number("speed_std_mps"), csv.optional_number("speed_lo95_mps"),
                      csv.optional_number("speed_hi95_mps")};
-    if (outcome.speed->std_mps && !(*outcome.speed->std_mps > 0.0))
+    const StatedSpeed& speed = *outcome.speed;
+    if (speed.std_mps && !(*speed.std_mps > 0.0))
       csv.fail("speed_std_mps", "must be positive", "leave the cell empty where it is unknown");
+    if (speed.lo95_mps && speed.hi95_mps && *speed.lo95_mps > *speed.hi95_mps)
+      csv.fail("speed_hi95_mps", "is below speed_lo95_mps", "exchange the two");
   } else if (status.starts_with(kWithheld) && status.size() > kWithheld.size()) {
     outcome.withheld = status.substr(kWithheld.size());
   } else {
@@ -55,6 +58,8 @@ void read_speeds(const std::filesystem::path& file, RunFolder& run, IndexOf& ind
       csv.fail("track_id", vehicle.track_id + " stands in an earlier row", "one row per vehicle");
     vehicle.direction = csv.text("direction");
     vehicle.outcome = outcome_of(csv);
+    if (vehicle.outcome.speed && vehicle.outcome.speed->speed_mps < 0.0)
+      csv.fail("speed_mps", "is negative", "the way it goes stands in the column direction");
     vehicle.t_first_s = csv.number("t_first_s");
     vehicle.t_last_s = csv.number("t_last_s");
     if (vehicle.t_last_s < vehicle.t_first_s)

@@ -62,7 +62,9 @@ TEST(RunFolder, RefusesRowsThatContradictTheContract) {
   const auto refused = [&](const std::string& row, const std::string& part) {
     folder.write(
         "speeds.csv",
-        "track_id,status,t_first_s,t_last_s,t_ref_s,speed_mps,speed_std_mps\n" + row + "\n");
+        "track_id,status,t_first_s,t_last_s,t_ref_s,speed_mps,speed_std_mps,speed_lo95_mps,"
+        "speed_hi95_mps\n" +
+            row + "\n");
     try {
       read_run_folder(folder.path());
       ADD_FAILURE() << row << " was accepted";
@@ -70,11 +72,13 @@ TEST(RunFolder, RefusesRowsThatContradictTheContract) {
       EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
     }
   };
-  refused("1,fine,0,1,0.5,20,1", "\"fine\" is not a status");
-  refused("1,measured,0,1,0.5,,1", ":2: column speed_mps: is empty");
-  refused("1,measured,0,1,0.5,20,0", "must be positive");
-  refused("1,measured,2,1,0.5,20,1", "is before t_first_s");
-  refused("1,measured,0,1,0.5,20,1\n1,withheld:x,0,1,,,",
+  refused("1,fine,0,1,0.5,20,1,,", "\"fine\" is not a status");
+  refused("1,measured,0,1,0.5,,1,,", ":2: column speed_mps: is empty");
+  refused("1,measured,0,1,0.5,20,0,,", "must be positive");
+  refused("1,measured,0,1,0.5,-20,1,,", "column speed_mps: is negative");
+  refused("1,measured,0,1,0.5,20,1,22,18", "column speed_hi95_mps: is below speed_lo95_mps");
+  refused("1,measured,2,1,0.5,20,1,,", "is before t_first_s");
+  refused("1,measured,0,1,0.5,20,1,,\n1,withheld:x,0,1,,,,,",
           ":3: column track_id: 1 stands in an earlier");
   folder.write("speeds.csv", kSpeeds);
   folder.write("methods.csv", "track_id,method,status,t_ref_s,speed_mps\n5,fused,measured,1,20\n");
