@@ -52,7 +52,8 @@ Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView&
   if (paths.empty()) return Miss::not_on_road;
   problem.reference_s = reference_time_s(paths.front());
   const OwnWay own = ego.own_way(problem.reference_s);
-  problem.ego_unknowns = {own.heading_rad, own.delay_s, own.turns};
+  problem.ego_unknowns = {own.heading_rad, own.delay_s};
+  std::ranges::copy(own.swings, problem.ego_unknowns.end() - kOwnSwings);
   problem.setting.ego_unsure =
       std::ranges::any_of(problem.ego_unknowns, [](const Uncertain& one) { return one.std > 0.0; });
   problem.ego_aside_std_m = own.aside_std_m;
@@ -140,7 +141,7 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
   seen.bearing_of = view.of;
   seen.from_s = seconds_of(track.sightings.front().time);
   seen.to_s = seconds_of(track.sightings.back().time);
-  if (site.ego) seen.ego = EgoMotion(*site.ego, site.road);
+  if (site.ego) seen.ego = EgoMotion(*site.ego, site.road, TimeSpan{seen.from_s, seen.to_s});
   GeometryProblem& problem = seen.problem;
   problem.setting = path_setting(*site.camera, site.road);
   problem.lamps = view.lamps;

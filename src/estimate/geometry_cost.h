@@ -1,6 +1,6 @@
 #pragma once
 
-#include <array>
+#include <span>
 #include <utility>
 
 #include <ceres/problem.h>
@@ -75,12 +75,12 @@ struct PriorResidual {
       *residual++ = first;
       *residual++ = (rate - l10 * first) / l11;
     }
-    for (const auto& [unknowns, first] :
-         {std::pair(&priors.turn_rad, kYaw), std::pair(&problem->ego_unknowns, kHeading)})
-      for (int i = 0; i < 3; ++i) {
-        const Uncertain& prior = (*unknowns)[static_cast<std::size_t>(i)];
-        if (prior.std > 0.0) *residual++ = whiten(p[first + i], prior);
-      }
+    using Unknowns = std::span<const Uncertain>;
+    for (const auto& [unknowns, first] : {std::pair(Unknowns(priors.turn_rad), kYaw),
+                                          std::pair(Unknowns(problem->ego_unknowns), kHeading)})
+      for (std::size_t i = 0; i < unknowns.size(); ++i)
+        if (unknowns[i].std > 0.0)
+          *residual++ = whiten(p[first + static_cast<int>(i)], unknowns[i]);
     return true;
   }
 
@@ -90,7 +90,7 @@ struct PriorResidual {
   bool has_radius() const {
     return problem->setting.bend != 0.0 && problem->priors.radius_m.has_value();
   }
-  static int some_of(const std::array<Uncertain, 3>& unknowns) {
+  static int some_of(std::span<const Uncertain> unknowns) {
     int count = 0;
     for (const Uncertain& one : unknowns) count += one.std > 0.0;
     return count;

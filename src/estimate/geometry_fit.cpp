@@ -27,8 +27,8 @@ std::vector<int> free_parameters(const GeometryProblem& problem) {
   for (int axis = 0; axis < 3; ++axis)
     if (problem.priors.turn_rad[static_cast<std::size_t>(axis)].std > 0.0)
       free.push_back(kYaw + axis);
-  for (int i = 0; i < 3; ++i)
-    if (problem.ego_unknowns[static_cast<std::size_t>(i)].std > 0.0) free.push_back(kHeading + i);
+  for (int i = kHeading; i < kPathParameters; ++i)
+    if (problem.ego_unknowns[static_cast<std::size_t>(i - kHeading)].std > 0.0) free.push_back(i);
   return free;
 }
 

@@ -32,8 +32,9 @@ struct MetricPriors {
 struct GeometryProblem {
   PathSetting setting;
   std::vector<LampObservation> lamps;
-  std::vector<EgoDeviation> ego;            ///< one per observation
-  std::array<Uncertain, 3> ego_unknowns{};  ///< p[kHeading..kEgoTurns]; std 0: fixed
+  std::vector<EgoDeviation> ego;  ///< one per observation
+  /// p[kHeading..]; std 0: fixed
+  std::array<Uncertain, kPathParameters - kHeading> ego_unknowns{};
   double ego_aside_std_m = 0.0;  ///< of every lane, as seen from the camera's own vehicle
   double reference_s = 0.0;
   bool pairs = false;

@@ -29,8 +29,8 @@ enum PathParameter : int {
   kRoll,
   kHeading,   ///< of the camera's own vehicle off the road's at the reference time, rad
   kEgoDelay,  ///< to be added to the stamps of the trace of its motion, s
-  kEgoTurns,  ///< relative error of its yaw rates
-  kPathParameters,
+  kOwnSwing,  ///< first of OwnWay's swings
+  kPathParameters = kOwnSwing + kOwnSwings,
 };
 using PathVector = Eigen::Matrix<double, kPathParameters, 1>;
 using PathMatrix = Eigen::Matrix<double, kPathParameters, kPathParameters>;
@@ -59,7 +59,7 @@ struct PathSetting {
   Eigen::Matrix3d camera_from_road = Eigen::Matrix3d::Identity();  ///< mean pose
   double yaw_rad = 0.0, pitch_rad = 0.0, roll_rad = 0.0;           ///< of the same
   bool turns = false;       ///< the pose has a std, so that p[kYaw..kRoll] may differ from zero
-  bool ego_unsure = false;  ///< p[kHeading..kEgoTurns] may differ from zero
+  bool ego_unsure = false;  ///< p[kHeading..] may differ from zero
   double bend = 0.0;        ///< as in path_point
   double straight_m = 0.0;
   std::vector<AccelerationStep> steps;
@@ -129,10 +129,14 @@ Eigen::Matrix<T, 3, 1> lamp_from_camera_m(const T* p, const PathSetting& setting
   const T scale_m = exp(p[kLogScale]);
   T heading_rad(ego.heading_rad), left_m(ego.left_m), ahead_m(ego.ahead_m);
   if (setting.ego_unsure) {
-    const double road_rad = ego.curvature_per_m * ego.way_m;
-    const T late_s = p[kEgoDelay], turns = p[kEgoTurns];
-    heading_rad += late_s * ego.by_delay.heading_rad + turns * (ego.heading_rad + road_rad);
-    left_m += late_s * ego.by_delay.left_m + turns * (ego.left_m + 0.5 * road_rad * ego.way_m);
+    const T late_s = p[kEgoDelay];
+    heading_rad += late_s * ego.by_delay.heading_rad;
+    left_m += late_s * ego.by_delay.left_m;
+    for (int k = 0; k < kOwnSwings; ++k) {
+      const EgoDeviation::Swing& swing = ego.by_swing[static_cast<std::size_t>(k)];
+      heading_rad += p[kOwnSwing + k] * swing.heading_rad;
+      left_m += p[kOwnSwing + k] * swing.left_m;
+    }
     const T along_m = ego.along_m + late_s * ego.by_delay.along_m;
     const T c = cos(p[kHeading]), s = sin(p[kHeading]);
     heading_rad += p[kHeading];

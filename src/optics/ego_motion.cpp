@@ -7,13 +7,38 @@
 #include <span>
 #include <vector>
 
+#include "core/quantity.h"
 #include "core/robust_line.h"
 #include "optics/road.h"
 
 namespace vildar {
+namespace {
 
-EgoMotion::EgoMotion(const EgoSite& site, const RoadSite& road)
-    : site_(site), moving_(true), turns_known_(site.turns_known()) {
+// One who keeps to the lane heads to and fro by so much, for so long each way.
+constexpr double kLaneKeeping_rad = 0.008, kToAndFro_s = 4.0;
+// Clocks of other devices, and what their gyroscopes are good to.
+constexpr Uncertain kDelay_s{0.0, 0.1}, kTurns{0.0, 0.02};
+
+double wave_at(int k, double share) { return std::cos(k * kPi * share); }
+
+// Variance of the weight of cos(k pi t / T) in a heading of variance 1 that is alike at times apart
+// as exp(-(dt / l)^2 / 2), over a time of T = `lengths` l.
+double wave_variance(int k, double lengths) {
+  constexpr int kPoints = 24;
+  double sum = 0.0;
+  for (int i = 0; i < kPoints; ++i)
+    for (int j = 0; j < kPoints; ++j) {
+      const double apart = lengths * (i - j) / kPoints;
+      sum += wave_at(k, (i + 0.5) / kPoints) * wave_at(k, (j + 0.5) / kPoints) *
+             std::exp(-0.5 * apart * apart);
+    }
+  return (k == 0 ? 1.0 : 4.0) * sum / (kPoints * kPoints);
+}
+
+}  // namespace
+
+EgoMotion::EgoMotion(const EgoSite& site, const RoadSite& road, std::optional<TimeSpan> watched)
+    : site_(site), moving_(true), turns_known_(site.turns_known()), watched_(watched) {
   if (road.radius_m) road_curvature_per_m_ = bend_of(road) / road.radius_m->mean;
   straight_m_ = road.straight_m;
   if (turns_known_) curvature_per_m_ = road_curvature_per_m_;
@@ -69,6 +94,7 @@ EgoDeviation EgoMotion::deviation(double reference_s, double time_s) const {
   EgoDeviation deviation;
   deviation.curvature_per_m = curvature_per_m_;
   if (!moving_) return deviation;
+  if (!turns_known_) deviation.by_swing = swings_by(reference_s, time_s);
   if (site_.trace.empty()) {
     deviation.along_m = site_.speed_mps.mean * (time_s - reference_s);
     return deviation;
@@ -83,7 +109,11 @@ EgoDeviation EgoMotion::deviation(double reference_s, double time_s) const {
   deviation.left_m = pose.y_m;
   deviation.heading_rad = pose.heading_rad;
   deviation.along_m = pose.x_m;
-  if (turns_known_) deviation.way_m = pose.way_m;
+  if (turns_known_) {
+    const double road_rad = curvature_per_m_ * pose.way_m;
+    deviation.way_m = pose.way_m;
+    deviation.by_swing[0] = {pose.y_m + 0.5 * road_rad * pose.way_m, pose.heading_rad + road_rad};
+  }
   const double speed = speed_mps(time_s), rate_then = turn_rate_at(reference_s);
   deviation.by_delay = {
       speed_mps(reference_s) - speed * std::cos(pose.heading_rad) - rate_then * pose.y_m,
@@ -91,17 +121,47 @@ EgoDeviation EgoMotion::deviation(double reference_s, double time_s) const {
   return deviation;
 }
 
+std::array<EgoDeviation::Swing, kOwnSwings> EgoMotion::swings_by(double reference_s,
+                                                                 double time_s) const {
+  std::array<EgoDeviation::Swing, kOwnSwings> swings{};
+  if (!watched_) return swings;
+  const double seen_s = watched_->to_s - watched_->from_s;
+  const auto share_at = [&](double at_s) { return (at_s - watched_->from_s) / seen_s; };
+  const double length_m = seen_s * speed_mps(reference_s);
+  for (int k = 1; k <= kOwnSwings; ++k) {
+    const double turns = k * kPi;
+    swings[static_cast<std::size_t>(k) - 1] = {
+        length_m / turns *
+            (std::sin(turns * share_at(time_s)) - std::sin(turns * share_at(reference_s))),
+        wave_at(k, share_at(time_s))};
+  }
+  return swings;
+}
+
+OwnWay EgoMotion::lane_keeping(double reference_s) const {
+  constexpr double kCreeping_mps = 5.0;  // slower, one does not turn as much
+  constexpr double kLanePlace_m = 0.25;
+  OwnWay own;
+  if (!site_.trace.empty()) own.delay_s = kDelay_s;
+  if (!watched_) return own;
+  const double alike_s = kToAndFro_s / kPi;
+  const double lengths = (watched_->to_s - watched_->from_s) / alike_s;
+  const double share = std::min(1.0, speed_mps(reference_s) / kCreeping_mps);
+  const double keeping_rad = kLaneKeeping_rad * share;
+  own.heading_rad.std = keeping_rad * std::sqrt(wave_variance(0, lengths));
+  own.aside_std_m = kLanePlace_m * share;
+  for (int k = 1; k <= kOwnSwings; ++k)
+    own.swings[static_cast<std::size_t>(k) - 1].std =
+        keeping_rad * std::sqrt(wave_variance(k, lengths));
+  return own;
+}
+
 OwnWay EgoMotion::own_way(double reference_s) const {
   constexpr double kReach_s = 8.0, kStep_s = 0.05;
-  // One who keeps to the lane heads to and fro by so much, for so long each way.
-  constexpr double kLaneKeeping_rad = 0.008, kToAndFro_s = 4.0;
   constexpr double kUnsure = 0.2;  // of the largest swing off the road
   constexpr double kMostOff_rad = 0.15;
-  // Clocks of other devices, and what their gyroscopes are good to.
-  constexpr Uncertain kDelay_s{0.0, 0.1}, kTurns{0.0, 0.02};
-  if (site_.trace.empty()) return {};
-  if (!turns_known_) return {{}, kDelay_s, {}, 0.0};
-  const OwnWay untold{{0.0, kLaneKeeping_rad}, kDelay_s, kTurns, 0.0};
+  if (!turns_known_) return lane_keeping(reference_s);
+  const OwnWay untold{{0.0, kLaneKeeping_rad}, kDelay_s, {kTurns}, 0.0};
   if (!covers(reference_s, reference_s)) return untold;
   const double from_s = std::max(reference_s - kReach_s, site_.trace.front().time_s);
   const double to_s = std::min(reference_s + kReach_s, site_.trace.back().time_s);
@@ -146,7 +206,7 @@ OwnWay EgoMotion::own_way(double reference_s) const {
                                                           (1.0 + seen_s / kToAndFro_s));
   return {{at_reference_rad - road.at_zero, std::hypot(kUnsure * swing_rad, keeping_rad)},
           kDelay_s,
-          kTurns,
+          {kTurns},
           0.5 * (leftmost_m - rightmost_m)};
 }
 

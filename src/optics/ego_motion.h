@@ -1,8 +1,14 @@
 #pragma once
 
+#include <array>
+#include <optional>
+
 #include "types/site.h"
 
 namespace vildar {
+
+/// Ways in which the camera's own vehicle may have turned otherwise than is told.
+inline constexpr int kOwnSwings = 3;
 
 /// Where the camera's own vehicle stands relative to where it would be had it followed the road at
 /// its speed of a reference time; zero for a fixed camera and, but for along_m, for a constant
@@ -22,6 +28,11 @@ struct EgoDeviation {
   struct {
     double along_m = 0.0, left_m = 0.0, heading_rad = 0.0;
   } by_delay;
+  /// What left_m and heading_rad change by for each unit of OwnWay's swings.
+  struct Swing {
+    double left_m = 0.0, heading_rad = 0.0;
+  };
+  std::array<Swing, kOwnSwings> by_swing{};
 };
 
 /// Where the camera's own vehicle is: in a plane in which it was at the origin and headed along x.
@@ -34,17 +45,25 @@ struct DrivenPose {
 
 /// How the camera's own vehicle drives on its road at one time.
 struct OwnWay {
-  Uncertain heading_rad;     ///< off the road's, anticlockwise
-  Uncertain delay_s;         ///< to be added to the trace's stamps
-  Uncertain turns;           ///< relative error of its yaw rates
+  Uncertain heading_rad;  ///< off the road's, anticlockwise
+  Uncertain delay_s;      ///< to be added to the trace's stamps
+  /// Where yaw rates are told the first is their relative error, and there are no more; else those
+  /// of the heading, rad, by cos(k pi t / T) over a time of T in which it is watched, k from 1.
+  std::array<Uncertain, kOwnSwings> swings{};
   double aside_std_m = 0.0;  ///< off the road's line y = 0: half of how far it goes to and fro
+};
+
+struct TimeSpan {
+  double from_s = 0.0, to_s = 0.0;
 };
 
 /// Motion of the camera over the ground: none, a constant speed, or a trace.
 class EgoMotion {
  public:
   EgoMotion() = default;
-  EgoMotion(const EgoSite& site, const RoadSite& road);
+  /// Unless told when it is watched, one without yaw rates keeps to the road.
+  EgoMotion(const EgoSite& site, const RoadSite& road,
+            std::optional<TimeSpan> watched = std::nullopt);
 
   bool moving() const { return moving_; }
   double speed_mps(double time_s) const;
@@ -52,7 +71,7 @@ class EgoMotion {
   double speed_std_mps() const { return moving_ ? site_.speed_mps.std : 0.0; }
   EgoDeviation deviation(double reference_s, double time_s) const;
   /// As yaw rates tell it: over some seconds about `reference_s` one drives along the road for the
-  /// most part. Without them the heading is zero, and called known.
+  /// most part. Without them one heads to and fro within the lane.
   OwnWay own_way(double reference_s) const;
   /// Driven on, or back, from a pose: it turns as yaw rates say, else as the road's line y = 0
   /// turns `way_m` from where the clip began.
@@ -62,6 +81,8 @@ class EgoMotion {
 
  private:
   double interpolated(double time_s, double EgoSample::*field) const;
+  OwnWay lane_keeping(double reference_s) const;
+  std::array<EgoDeviation::Swing, kOwnSwings> swings_by(double reference_s, double time_s) const;
   /// `turn_rate_rad_per_s(time_s, way_m)`, anticlockwise.
   template <class TurnRate>
   DrivenPose driven(DrivenPose pose, double to_s, const TurnRate& turn_rate_rad_per_s) const;
@@ -71,6 +92,7 @@ class EgoMotion {
   bool moving_ = false;
   bool turns_known_ = false;
   double curvature_per_m_ = 0.0;  ///< of the road; zero where the turns are not known
+  std::optional<TimeSpan> watched_;
 };
 
 }  // namespace vildar

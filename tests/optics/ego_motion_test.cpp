@@ -62,7 +62,7 @@ TEST(EgoMotion, TellsASwerveFromTheRoad) {
     for (const double reference_s : {8.6, 9.5, 10.2}) {
       const double phase = (reference_s - 8.0) / 3.0;
       const double off_rad = 0.08 * 3.0 * (1.0 - std::cos(2.0 * kPi * phase)) / (2.0 * kPi);
-      const auto [heading_rad, delay_s, turns, aside_std_m] = motion.own_way(reference_s);
+      const auto [heading_rad, delay_s, swings, aside_std_m] = motion.own_way(reference_s);
       EXPECT_NEAR(heading_rad.mean, off_rad, 0.003) << reference_s;
       EXPECT_NEAR(heading_rad.std, 0.2 * 0.08 * 3.0 / kPi, 0.002) << reference_s;
       // The mean heading is half of the largest, held for 3 s at 20 m/s.
@@ -116,6 +116,61 @@ TEST(EgoMotion, SaysWhatADelayOfItsTraceWouldChange) {
     EXPECT_NEAR(by_delay.left_m, (after.left_m - before.left_m) / (2.0 * kLate_s), 0.02);
     EXPECT_NEAR(by_delay.heading_rad, (after.heading_rad - before.heading_rad) / (2.0 * kLate_s),
                 2e-3);
+  }
+}
+
+// A heading that is alike for seconds has its variance in a mean and a few slow waves, by Parseval.
+TEST(EgoMotion, WithoutYawRatesSwingsWithinTheLane) {
+  for (const double seen_s : {0.5, 2.0, 4.0}) {
+    const EgoMotion motion(EgoSite{{20.0, 0.0}, {}, {}}, RoadSite{}, TimeSpan{3.0, 3.0 + seen_s});
+    const OwnWay own = motion.own_way(3.5);
+    double variance = std::pow(own.heading_rad.std, 2);
+    for (const Uncertain& swing : own.swings) variance += 0.5 * swing.std * swing.std;
+    EXPECT_NEAR(std::sqrt(variance), 0.008, 2e-4) << seen_s;
+    EXPECT_EQ(own.delay_s, Uncertain{});
+  }
+  // Less where it creeps, and not at all where it stands.
+  const auto swing_at = [](double speed_mps) {
+    return EgoMotion(EgoSite{{speed_mps, 0.0}, {}, {}}, RoadSite{}, TimeSpan{0.0, 2.0})
+        .own_way(1.0)
+        .swings[0]
+        .std;
+  };
+  EXPECT_LT(swing_at(1.0), 0.3 * swing_at(20.0));
+  EXPECT_EQ(swing_at(0.0), 0.0);
+}
+
+TEST(EgoMotion, SwingsMoveItAside) {
+  constexpr double kStep_s = 1e-3, kSpeed_mps = 20.0;
+  const EgoMotion motion(EgoSite{{kSpeed_mps, 0.0}, {}, {}}, RoadSite{}, TimeSpan{1.0, 4.0});
+  for (const double time_s : {1.0, 1.7, 3.0, 4.0})
+    for (std::size_t k = 0; k < kOwnSwings; ++k) {
+      const auto left_m = [&](double at_s) {
+        return motion.deviation(2.5, at_s).by_swing[k].left_m;
+      };
+      const double heading_rad = motion.deviation(2.5, time_s).by_swing[k].heading_rad;
+      EXPECT_NEAR((left_m(time_s + kStep_s) - left_m(time_s - kStep_s)) / (2.0 * kStep_s),
+                  kSpeed_mps * heading_rad, 1e-3);
+      EXPECT_NEAR(heading_rad,
+                  std::cos((static_cast<double>(k) + 1.0) * kPi * (time_s - 1.0) / 3.0), 1e-12);
+      EXPECT_EQ(left_m(2.5), 0.0);
+    }
+}
+
+// Of yaw rates that are 2 % too high all that they tell of headings is.
+TEST(EgoMotion, SwingsByTheErrorOfItsYawRates) {
+  const auto scaled = [](double turns) {
+    EgoSite ego = swerving(8.0, 3.0, 0.01);
+    for (EgoSample& sample : ego.trace) sample.yaw_rate_rad_per_s *= turns;
+    return EgoMotion(ego, RoadSite{});
+  };
+  for (const double time_s : {6.0, 9.4, 12.0}) {
+    const EgoDeviation low = scaled(0.99).deviation(8.7, time_s);
+    const EgoDeviation high = scaled(1.01).deviation(8.7, time_s);
+    const auto by_swing = scaled(1.0).deviation(8.7, time_s).by_swing;
+    EXPECT_NEAR(by_swing[0].heading_rad, (high.heading_rad - low.heading_rad) / 0.02, 1e-6);
+    EXPECT_NEAR(by_swing[0].left_m, (high.left_m - low.left_m) / 0.02, 0.05);
+    EXPECT_EQ(by_swing[1].heading_rad, 0.0);
   }
 }
 
