@@ -18,6 +18,9 @@ struct ResidualCheck {
   /// Slow structure over what quicker noise explains, as variances: about 1 where the vehicle moves
   /// as the model says, 0 where the frames are too few to tell.
   double misfit = 0.0;
+  /// By which the line through both lamps leaves the level for a camera that rolls by its mean, rad;
+  /// none where no frame shows both.
+  Uncertain tilt_rad;
 };
 
 /// `focal_px` turns normalised errors into pixels. Needs at least one observation.

@@ -4,11 +4,13 @@
 #include <optional>
 
 #include "core/clock.h"
+#include "core/quantity.h"
 #include "core/text.h"
 #include "estimate/bearing_fit.h"
 #include "estimate/hypotheses.h"
 #include "estimate/speed_budget.h"
 #include "estimate/speed_gate.h"
+#include "estimate/wander.h"
 
 namespace vildar {
 namespace {
@@ -113,6 +115,23 @@ bool exclude_each_other(const Trajectory& one, const Trajectory& other) {
   return exclude_each_other(told_by(one), told_by(other), holds(one, other) || holds(other, one));
 }
 
+// Lamps of a vehicle stand level, but for the road's crossfall. Of two that stand one behind the
+// other the nearer is seen lower, and together they move as no vehicle of such a size is likely to.
+bool of_two_vehicles(const Trajectory& likeliest, const Uncertain& tilt_rad) {
+  constexpr double kCrossfall_rad = 0.03;
+  constexpr double kMostTilt = 8.0, kTilted = 2.5, kMostStrain = 16.0;  // of chi-square
+  const GeometryProblem& problem = likeliest.problem;
+  if (!problem.pairs) return false;
+  const MetricPriors& priors = problem.priors;
+  const double tilt = tilt_rad.mean * tilt_rad.mean /
+                      (kCrossfall_rad * kCrossfall_rad + std::pow(tilt_rad.std, 2) +
+                       std::pow(priors.turn_rad[2].std, 2));
+  const double rate = likeliest.at(problem.reference_s).acceleration_mps2;
+  const double braking = rate * rate / kAccelerationVariance_m2ps4;
+  return tilt > kMostTilt ||
+         (tilt > kTilted && tilt + std::max(likeliest.fit.prior_chi2, braking) > kMostStrain);
+}
+
 }  // namespace
 
 Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& track, const Camera& camera,
@@ -145,11 +164,22 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& track, con
         "tail lamps: the site file has no lamps.tail_height_m or no tail_separation_m; the "
         "headlamps' mean was taken with a std of at least 0.2 m");
   seen.problem.sigma_factor = first.check.sigma_factor.cwiseMax(1.0);
-  if (first.scaled) return fit_hypotheses(seen, first.readings, site, track.direction);
+  const auto level = [&](std::vector<Trajectory> found) -> Outcome<std::vector<Trajectory>> {
+    if (!of_two_vehicles(found.front(), first.check.tilt_rad)) return found;
+    warnings.push_back("the line through its lamps is " +
+                       fixed_text(degrees_from_radians(std::abs(first.check.tilt_rad.mean)), 1) +
+                       " degrees off the level: they may be of two vehicles");
+    return Miss::ambiguous_identity;
+  };
+  if (first.scaled) {
+    auto found = fit_hypotheses(seen, first.readings, site, track.direction);
+    if (const Miss* miss = std::get_if<Miss>(&found)) return *miss;
+    return level(std::get<std::vector<Trajectory>>(std::move(found)));
+  }
   const auto again = fit_geometry(seen.problem, seen.fit.parameters);
   if (const Miss* miss = std::get_if<Miss>(&again)) return *miss;
   seen.fit = std::get<GeometryFit>(again);
-  return std::vector{std::move(seen)};
+  return level({std::move(seen)});
 }
 
 }  // namespace vildar

@@ -254,6 +254,64 @@ TEST(Geometry, ADashcamThatWandersUntoldKeepsItsIntervals) {
   EXPECT_GE(passes.inside_share(), 0.9);
 }
 
+// A queue before a low camera: of each car one lamp shows beside the car ahead.
+TEST(Geometry, LampsOfTwoCarsOneBehindTheOtherAreNoVehicle) {
+  Site site = dashcam_site();
+  for (Uncertain* turn_rad :
+       {&site.camera->yaw_rad, &site.camera->pitch_rad, &site.camera->roll_rad})
+    turn_rad->std = 0.005;
+  int ambiguous = 0;
+  for (int i = 0; i < 24; ++i) {
+    Random random(static_cast<std::uint64_t>(20261126 + i));
+    site.camera->position_m[2].mean = random.uniform(1.1, 1.4);
+    const double own_mps = random.uniform(5.0, 15.0);
+    site.ego = EgoSite{{own_mps, 0.3}, {}, {}};
+    View view;
+    view.sigma_px = random.uniform(0.1, 0.3);
+    view.ego_mps = own_mps;
+    view.to_s = random.uniform(1.5, 4.0);
+    Vehicle ahead{random.uniform(3.0, 12.0), 0.0, 0.0, 3.5, 0.65 + 0.1 * random.normal(), 1.2};
+    ahead.along_m = random.uniform(10.0, 60.0) + view.to_s * (own_mps + ahead.speed_mps);
+    Vehicle behind = ahead;
+    behind.along_m += random.uniform(8.0, 18.0);
+    VehicleTrack track = track_of(ahead, site, view, random);
+    const VehicleTrack other = track_of(behind, site, view, random);
+    ASSERT_EQ(track.sightings.size(), other.sightings.size());
+    for (std::size_t k = 0; k < track.sightings.size(); ++k) {
+      track.sightings[k].left = track.sightings[k].right;
+      track.sightings[k].right = other.sightings[k].right;
+    }
+    const VehicleResult result = estimate_vehicle(track, site, {}).result;
+    EXPECT_TRUE(result.withheld) << i << ": " << result.speed.speed_mps << " for "
+                                 << ahead.speed_mps;
+    if (result.withheld != Miss::ambiguous_identity) continue;
+    ++ambiguous;
+    ASSERT_FALSE(result.warnings.empty());
+    EXPECT_NE(result.warnings.back().find("may be of two vehicles"), std::string::npos);
+  }
+  EXPECT_GE(ambiguous, 3);
+}
+
+// The road falls off to both sides: an oncoming car leans the other way.
+TEST(Geometry, ACarOnACambredRoadIsStillOne) {
+  Site site = dashcam_site();
+  site.ego = EgoSite{{15.0, 0.3}, {}, {}};
+  View view = kNoiseless;
+  view.sigma_px = 0.1;
+  view.ego_mps = 15.0;
+  const Vehicle vehicle{12.0, 0.0, 80.0, 3.5, 0.65, 1.2};
+  Random random(4);
+  VehicleTrack track = track_of(vehicle, site, view, random);
+  for (VehicleSighting& sighting : track.sightings) {
+    const double across_px = sighting.right->centre_px.x() - sighting.left->centre_px.x();
+    sighting.left->centre_px.y() -= 0.5 * 0.05 * across_px;
+    sighting.right->centre_px.y() += 0.5 * 0.05 * across_px;
+  }
+  const VehicleResult result = estimate_vehicle(track, site, {}).result;
+  ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
+  EXPECT_LT(std::abs(result.speed.speed_mps - 12.0), 2.0 * result.speed.std_mps);
+}
+
 // Twelve metres a second on a bend of 150 m, seen from its own lane; the other lane is the inner or
 // the outer one.
 struct BendView {
