@@ -70,16 +70,20 @@ DelayRows rows_of(const DelayProblem& problem) {
 }
 
 // Under what angle off the road the far photodiode sees the vehicle, at a constant speed. Headlamps
-// shine ahead: their light is gone at about half a right angle.
+// shine ahead: their light is gone at half a right angle or, of wide ones in a wide view, at two
+// thirds. Light under wide angles counts less, as a mismatch is larger there than any noise.
 void set_angles(const DelayProblem& problem, double delay_s, DelayRows& rows) {
-  constexpr double kCompared_rad = 0.35;
+  constexpr double kCompared_rad = 0.35, kEnd = 0.6, kOfMismatch = 0.25, kLarge = 0.01;
+  const double counted =
+      kOfMismatch * std::min(1.0, problem.log_ratio.std / kLarge) * problem.log_ratio.std;
   const double d_m = problem.perpendicular_m;
   const double speed_mps = problem.baseline_m.mean / delay_s;
   const double passed_s = problem.far.passed_s - rows.reference_s;
   for (DelayRows::Row& row : rows.rows) {
     if (!row.far) continue;
-    const double ahead_m = d_m + speed_mps * std::max(0.0, passed_s - row.tau_s);
+    const double ahead_m = kEnd * d_m + speed_mps * std::max(0.0, passed_s - row.tau_s);
     row.angle = std::atan2(d_m, ahead_m) / kCompared_rad;
+    row.sigma = std::hypot(row.sigma, counted * row.angle * row.root * row.root);
   }
 }
 
@@ -211,8 +215,22 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
       rows.reference_s + surest_tau_s(rows.first_s, rows.last_s, [&](double, const auto& slopes) {
         return std::sqrt(of_noise(slopes)(0, 0));
       });
+  // How a mismatch goes with the angle is not known well enough to say when it leaves the speed
+  // alone: that may be at a distance smaller or larger by half.
+  constexpr double kOfMismatch = 0.3, kElsewhere = 1.5;
+  const auto unlike_mps = [&](double tau_s) {
+    double most_mps = 0.0;
+    for (const double share : {1.0 / kElsewhere, kElsewhere}) {
+      const double at_s = std::max(rows.first_s, rows.last_s - share * (rows.last_s - tau_s));
+      most_mps = std::max(
+          most_mps,
+          std::abs(
+              model.motion_at(found.value, at_s).speed_slopes(found.known).dot(found.mismatch)));
+    }
+    return kOfMismatch * most_mps;
+  };
   const auto std_mps = [&](double tau_s, const Eigen::MatrixX2d& slopes) {
-    return std::hypot(std::sqrt(of_all(slopes)(0, 0)), turned_mps(tau_s));
+    return std::hypot(std::sqrt(of_all(slopes)(0, 0)), turned_mps(tau_s), unlike_mps(tau_s));
   };
   const double from_s =
       std::clamp(problem.asked_from_s - rows.reference_s, rows.first_s, rows.last_s);
@@ -226,6 +244,7 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
   // The baseline scales both.
   fit.covariance =
       of_all(slopes_of(motion)) + baseline_share * baseline_share * both * both.transpose();
+  fit.covariance(0, 0) += std::pow(unlike_mps(tau_s), 2);
   fit.acceleration_std_mps2 = std::sqrt(fit.covariance(1, 1));
   SpeedEstimate& speed = fit.speed;
   speed.std_mps = std::hypot(std::sqrt(fit.covariance(0, 0)), turned_mps(tau_s));

@@ -3,6 +3,8 @@
 #include <optional>
 #include <stdexcept>
 
+#include "core/quantity.h"
+#include "core/text.h"
 #include "estimate/contradictions.h"
 #include "estimate/delay_light.h"
 #include "estimate/lane_choice.h"
@@ -207,14 +209,18 @@ Found delay_method(const PowerPass& pass, const Site& site, std::span<const Powe
 }
 
 // Where no method's speed stands: photodiodes that deny what the site says of them, else the first
-// reason.
+// reason but that the site gives a method no scale.
 const MethodResult& withheld_by(const std::vector<Found>& methods) {
-  const auto withheld = [](const Found& found) { return std::get_if<Miss>(&found.row.speed); };
-  const auto denied = std::ranges::find_if(methods, [&](const Found& found) {
-    const Miss* miss = withheld(found);
-    return miss && *miss == Miss::sensors_contradict;
-  });
-  return (denied == methods.end() ? *std::ranges::find_if(methods, withheld) : *denied).row;
+  const auto first = [&](auto&& is_it) {
+    return std::ranges::find_if(methods, [&](const Found& found) {
+      const Miss* miss = std::get_if<Miss>(&found.row.speed);
+      return miss && is_it(*miss);
+    });
+  };
+  auto reason = first([](Miss miss) { return miss == Miss::sensors_contradict; });
+  if (reason == methods.end()) reason = first([](Miss miss) { return miss != Miss::no_scale; });
+  if (reason == methods.end()) reason = first([](Miss) { return true; });
+  return reason->row;
 }
 
 // Light that no lamp under the channel's law explains, as a street lamp's or a cloud's: what else
@@ -262,6 +268,15 @@ void stand_by_surest(const std::vector<Found>& methods, VehicleResult& result) {
   result.method = surest->row.method;
   result.speed = std::get<SpeedEstimate>(surest->row.speed);
   result.n_pd_samples = surest->row.samples;
+  if (too_fast(result.speed)) {
+    result.withheld = Miss::outside_model;
+    result.warnings.push_back(
+        std::string(name_of(result.method)) + " gives " +
+        fixed_text(kmh_from_mps(result.speed.speed_mps), 0) +
+        " km/h, faster than vehicles drive; check the photodiodes' positions (metres) and t_s "
+        "(seconds)");
+    return;
+  }
   if (!useful(result.speed)) {
     result.withheld = Miss::too_uncertain;
     return;
@@ -331,6 +346,10 @@ VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site&
     result.withheld = Miss::several_vehicles;
   if (!result.withheld && lane && !curved) result.lateral_m = lane->lateral_m.mean;
   warn_of_contradictions(result);
+  if (result.withheld == Miss::sensors_contradict)
+    result.warnings.push_back(
+        "the light of the photodiodes is not alike by as much as the site says of them; check "
+        "gain_ratio and its std, and that both are sampled at the same times");
   if (result.withheld == Miss::no_scale)
     result.warnings.push_back(
         "speed is unobservable: light alone needs channel.gain_db and path_loss_exponent with "

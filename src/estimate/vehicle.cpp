@@ -27,13 +27,12 @@ namespace {
 // Why a fitted speed is still not to be given, if so.
 std::optional<Miss> gate_speed(const VehicleTrack& track, const MotionState& state,
                                const SpeedEstimate& speed) {
-  constexpr double kFastest_mps = 100.0;
   constexpr double kClear = 3.0;  // sigmas
   if (track.ambiguous_identity) return Miss::ambiguous_identity;
   if (track.direction_contradicts) return Miss::direction_contradicts;
   if (std::abs(state.acceleration_mps2) > kHardestBraking_mps2) return Miss::bad_fit;
   if (!useful(speed)) return Miss::too_uncertain;
-  if (speed.speed_mps - kClear * speed.std_mps > kFastest_mps) return Miss::not_on_road;
+  if (too_fast(speed)) return Miss::not_on_road;
   const bool oncoming = track.direction == Direction::oncoming;
   if ((oncoming ? state.over_ground_mps : -state.over_ground_mps) < -kClear * speed.std_mps)
     return Miss::direction_contradicts;

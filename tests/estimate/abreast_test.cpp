@@ -115,7 +115,7 @@ TEST_F(BesideACamera, OneAloneIsMeasuredByBoth) {
   const VehicleResult result = seen_with(traces_of({{20.0, kNear2_m2}}, random_), site_);
   ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
   EXPECT_EQ(result.method, Method::fused);
-  EXPECT_LT(result.speed.std_mps, 0.1);
+  EXPECT_LT(result.speed.std_mps, 0.2);  // 0.5 of the camera alone
   EXPECT_LT(std::abs(result.speed.speed_mps - 20.0), 4.0 * result.speed.std_mps);
 }
 
