@@ -1,6 +1,9 @@
 #include "track/light_scale.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "core/median.h"
 
 namespace vildar {
 namespace {
@@ -9,14 +12,16 @@ constexpr std::size_t kFewest = 3, kMost = 32;
 
 }  // namespace
 
-void LightScale::add(LampKind kind, double strength, bool clips) {
+void LightScale::add(LampKind kind, double strength, double slope_down, bool clips) {
   Memory& memory = kind == LampKind::taillamp ? tail_ : head_;
   if (memory.strengths.size() < kMost) {
     memory.strengths.push_back(strength);
+    memory.slopes_down.push_back(slope_down);
     memory.clips.push_back(clips);
     return;
   }
   memory.strengths[memory.next] = strength;
+  memory.slopes_down[memory.next] = slope_down;
   memory.clips[memory.next] = clips;
   memory.next = (memory.next + 1) % kMost;
 }
@@ -31,6 +36,17 @@ std::optional<double> LightScale::typical(LampKind kind) const {
   const std::optional<double> tail = upper_quartile(tail_.strengths);
   if (kind == LampKind::taillamp) return tail;
   return std::max(upper_quartile(head_.strengths), tail);
+}
+
+std::optional<double> LightScale::typical_under(double slope_down, LampKind kind) const {
+  // Beams in use lose a factor of 30 to 100 from 3 to 30 degrees up.
+  constexpr double kSteep = 0.05, kFall = 1.5;
+  auto strength = typical(kind);
+  const std::vector<double>& slopes_down = of(kind).slopes_down;
+  if (!strength || kind != LampKind::headlamp || slopes_down.empty()) return strength;
+  const double beyond = slope_down / std::max(kSteep, median(slopes_down));
+  if (beyond > 1.0) *strength -= kFall * std::log(beyond);
+  return strength;
 }
 
 bool LightScale::usually_clips(LampKind kind) const {

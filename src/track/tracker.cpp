@@ -165,7 +165,7 @@ void Tracker::Impl::learn_strength() {
     const bool clips = vehicle->left->records.back().sighting.saturated_px > 0 &&
                        vehicle->right->records.back().sighting.saturated_px > 0;
     lights_.add(vehicle->kind, std::min(strength_of(*vehicle->left), strength_of(*vehicle->right)),
-                clips);
+                view_.place(vehicle->left->records.back().at_px).slope_down, clips);
   }
 }
 
@@ -244,13 +244,12 @@ void Tracker::Impl::bear(const std::vector<Spot>& spots, const Association& foun
   constexpr double kFarTooFaint = 3.5;
   for (std::size_t j = 0; j < spots.size(); ++j) {
     if (found.spot_taken[j] || spots[j].blob->kind == LampKind::other) continue;
-    const double inverse_depth = view_.place(spots[j].at_px).inverse_depth_per_m;
+    const LampPlace place = view_.place(spots[j].at_px);
     const double strength =
-        std::log(std::max(spots[j].blob->flux, 1e-9)) - 2.0 * std::log(inverse_depth);
-    const auto typical = lights_.typical(spots[j].blob->kind);
+        std::log(std::max(spots[j].blob->flux, 1e-9)) - 2.0 * std::log(place.inverse_depth_per_m);
+    const auto typical = lights_.typical_under(place.slope_down, spots[j].blob->kind);
     if (typical && strength < *typical - kFarTooFaint) continue;
-    lamps_.push_back(std::make_unique<Lamp>(spots[j], view_.place(spots[j].at_px), frame.frame,
-                                            frame.time, view_));
+    lamps_.push_back(std::make_unique<Lamp>(spots[j], place, frame.frame, frame.time, view_));
     seen_.emplace_back(static_cast<int>(j), lamps_.back().get());
   }
 }

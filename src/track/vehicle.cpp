@@ -57,15 +57,21 @@ double slope_of(const std::vector<double>& times, const std::vector<double>& val
 
 // Fainter than the lamps of this scene by more than beams and weather explain.
 bool too_faint(const std::vector<double>& strengths, double clipped_share, LampKind kind,
-               const LightScale& lights, double allowed_ln) {
+               const LightScale& lights, double slope_down, double allowed_ln) {
   constexpr double kHiddenByClippingLn = 2.0;  // a clipped lamp is at least as bright as measured
   constexpr double kUnderTailLamps = 1.0;      // no headlamp is much weaker than tail lamps
-  const std::optional<double> typical = lights.typical(kind);
+  const std::optional<double> typical = lights.typical_under(slope_down, kind);
   const std::optional<double> tail = lights.typical(LampKind::taillamp);
   const double strength = median(strengths);
   allowed_ln += kHiddenByClippingLn * clipped_share;
   return (typical && strength < *typical - allowed_ln) ||
          (kind == LampKind::headlamp && tail && strength < *tail - kUnderTailLamps);
+}
+
+double median_slope_down(const std::vector<PairLook>& looks) {
+  std::vector<double> slopes_down;
+  for (const PairLook& look : looks) slopes_down.push_back(look.slope_down);
+  return median(std::move(slopes_down));
 }
 
 // The lamps' colour says which way the vehicle faces; does its range clearly say the opposite?
@@ -243,7 +249,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
     return Verdict::reflection;
   if ((!vehicle.cut_after && vehicle.chi2 > kMostChi2) ||
       too_faint(strengths, clipped / static_cast<double>(looks.size()), vehicle.kind, lights,
-                kFaintPair) ||
+                median_slope_down(looks), kFaintPair) ||
       static_cast<double>(looks.size()) < pair_share * static_cast<double>(track.sightings.size()))
     return Verdict::undecided;
   if (!view.moving_sensor() && stays(looks, view)) return Verdict::static_light;
@@ -326,8 +332,8 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   light.lamps_clip = lights.usually_clips(lamp.kind());
   if (const auto typical = lights.typical(lamp.kind()))
     light.strength_ln = median(strengths) - *typical;
-  if (too_faint(strengths, clipped_share, lamp.kind(), lights, kFaintSingle) || 2 * below < held ||
-      lone_lamp_log_odds(light) < kSureLogOdds)
+  if (too_faint(strengths, clipped_share, lamp.kind(), lights, 0.0, kFaintSingle) ||
+      2 * below < held || lone_lamp_log_odds(light) < kSureLogOdds)
     return Verdict::undecided;
   const double closing_mps = -slope_of(times_s, along_m);
   const double moved_m = std::abs(closing_mps) * (times_s.back() - times_s.front());

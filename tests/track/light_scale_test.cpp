@@ -2,21 +2,23 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace vildar {
 namespace {
 
 TEST(LightScale, UpperQuartileOfTheLatest) {
   LightScale scale;
-  scale.add(LampKind::headlamp, 1.0, true);
-  scale.add(LampKind::headlamp, 2.0, true);
+  scale.add(LampKind::headlamp, 1.0, 0.05, true);
+  scale.add(LampKind::headlamp, 2.0, 0.05, true);
   EXPECT_FALSE(scale.typical(LampKind::headlamp));
   EXPECT_FALSE(scale.usually_clips(LampKind::headlamp));
-  scale.add(LampKind::headlamp, 3.0, false);
-  scale.add(LampKind::headlamp, 4.0, true);
+  scale.add(LampKind::headlamp, 3.0, 0.05, false);
+  scale.add(LampKind::headlamp, 4.0, 0.05, true);
   EXPECT_EQ(scale.typical(LampKind::headlamp), 4.0);
   EXPECT_TRUE(scale.usually_clips(LampKind::headlamp));
   EXPECT_FALSE(scale.typical(LampKind::taillamp));
-  for (int i = 0; i < 100; ++i) scale.add(LampKind::headlamp, 10.0, false);
+  for (int i = 0; i < 100; ++i) scale.add(LampKind::headlamp, 10.0, 0.05, false);
   EXPECT_EQ(scale.typical(LampKind::headlamp), 10.0);
   EXPECT_FALSE(scale.usually_clips(LampKind::headlamp));
 }
@@ -24,11 +26,25 @@ TEST(LightScale, UpperQuartileOfTheLatest) {
 TEST(LightScale, HeadlampsAreNoFainterThanTaillamps) {
   LightScale scale;
   for (int i = 0; i < 3; ++i) {
-    scale.add(LampKind::headlamp, 5.0, false);
-    scale.add(LampKind::taillamp, 8.0, false);
+    scale.add(LampKind::headlamp, 5.0, 0.05, false);
+    scale.add(LampKind::taillamp, 8.0, 0.05, false);
   }
   EXPECT_EQ(scale.typical(LampKind::headlamp), 8.0);
   EXPECT_EQ(scale.typical(LampKind::taillamp), 8.0);
+}
+
+// From 3 to 17 degrees up low beams lose a factor of ten or so; tail lamps do not.
+TEST(LightScale, IsLessForHeadlampsSeenFromSteeplyAbove) {
+  LightScale scale;
+  for (int i = 0; i < 3; ++i) {
+    scale.add(LampKind::headlamp, 9.0, 0.06, false);
+    scale.add(LampKind::taillamp, 5.0, 0.06, false);
+  }
+  EXPECT_EQ(scale.typical_under(0.02, LampKind::headlamp), 9.0);
+  EXPECT_EQ(scale.typical_under(0.06, LampKind::headlamp), 9.0);
+  EXPECT_NEAR(*scale.typical_under(0.3, LampKind::headlamp), 9.0 - std::log(11.2), 0.05);
+  EXPECT_EQ(scale.typical_under(0.3, LampKind::taillamp), 5.0);
+  EXPECT_FALSE(LightScale().typical_under(0.3, LampKind::headlamp));
 }
 
 }  // namespace
