@@ -243,8 +243,9 @@ Blob Detector::State::blob_of(const Frame& frame, const Peak& peak, const Measur
   if (light.cut_by_edge) blob.defects = blob.defects | Defect::cut_by_edge;
   if (peak.clipped_px >= kLeastClippedForShape_px && light.elongation > kTwoLampElongation)
     blob.defects = blob.defects | Defect::merged;
-  // The level is half the peak; the rim goes on to an eighth.
-  const int rim_code = half_code[half_code[peak.level_code]];
+  // The level is half the peak; the rim goes on to an eighth. Of what hardly outshines its
+  // surroundings these would be the most of that.
+  const int rim_code = light.lamp_like ? half_code[half_code[peak.level_code]] : peak.level_code;
   const RimColour rim = rim_colour(frame, peak.box, rim_code, clip_code);
   blob.cr = rim.cr;
   blob.cb = rim.cb;

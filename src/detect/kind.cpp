@@ -12,6 +12,8 @@ namespace {
 /// shows, and may stand in the glare of another.
 constexpr double kLeastContrast = 6.0;
 constexpr double kLeastContrastClipped = 2.5;
+/// What is red enough is no light on paint or bodies.
+constexpr double kLeastContrastRed = 2.0, kSurelyRed = 3.0;
 /// A lamp seen as large as this is near, and a near lamp is no dimmer than this.
 constexpr double kWideSpread_px = 5.0;
 constexpr double kWideLeastPeak = 0.25;
@@ -46,20 +48,21 @@ RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, in
   return {true, mean_fraction(cr_codes), mean_fraction(cb_codes)};
 }
 
-bool like_a_lamp(const Peak& peak, const Measured& light, double peak_linear) {
+bool like_a_lamp(const Peak& peak, const Measured& light, double peak_linear, double red_log_odds) {
   const bool clipped = peak.clipped_px > 0;
   if (clipped && peak.head) return true;  // about it there may be nothing but what clips as well
-  if (peak_linear < (clipped ? kLeastContrastClipped : kLeastContrast) * light.background)
-    return false;
+  double contrast = clipped ? kLeastContrastClipped : kLeastContrast;
+  if (red_log_odds > kSurelyRed) contrast = kLeastContrastRed;
+  if (peak_linear < contrast * light.background) return false;
   if (light.spread_px.maxCoeff() > kWideSpread_px && peak_linear < kWideLeastPeak) return false;
   return clipped || light.elongation <= kMostElongation;
 }
 
 LampKind kind_of(const Peak& peak, const Measured& light, double peak_linear,
                  const RimColour& rim) {
-  if (!like_a_lamp(peak, light, peak_linear)) return LampKind::other;
-  if (rim.known && tail_lamp_log_odds(rim.cr, rim.cb) > 0.0) return LampKind::taillamp;
-  return LampKind::headlamp;
+  const double red_log_odds = rim.known ? tail_lamp_log_odds(rim.cr, rim.cb) : 0.0;
+  if (!like_a_lamp(peak, light, peak_linear, red_log_odds)) return LampKind::other;
+  return red_log_odds > 0.0 ? LampKind::taillamp : LampKind::headlamp;
 }
 
 }  // namespace vildar

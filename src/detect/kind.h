@@ -15,8 +15,9 @@ struct RimColour {
 /// grey frames and where there is no such pixel.
 RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, int clip_code);
 
-/// Whether a peak is as sharp, and as bright (linear) against the light around it, as a lamp is.
-bool like_a_lamp(const Peak& peak, const Measured& light, double peak_linear);
+/// Whether a peak is as sharp, and as bright (linear) against the light around it, as a lamp is;
+/// one that is red needs to outshine it less.
+bool like_a_lamp(const Peak& peak, const Measured& light, double peak_linear, double red_log_odds);
 
 /// What a light is, from one frame: `other` where it is not as sharp a peak as a lamp is.
 LampKind kind_of(const Peak& peak, const Measured& light, double peak_linear, const RimColour& rim);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/random.h"
+#include "optics/lamp_colour.h"
 
 namespace vildar {
 namespace {
@@ -49,6 +50,23 @@ TEST(RimColour, IsTheMeanOfTheRimsPixels) {
       EXPECT_NEAR(rim.cr, sum_cr / n, kRounding);
       EXPECT_NEAR(rim.cb, sum_cb / n, kRounding);
     }
+}
+
+// A tail lamp outshines a lit road three to five times.
+TEST(Kind, RedLightsNeedToOutshineLess) {
+  Measured light;
+  light.background = 0.1;
+  light.spread_px.setConstant(1.8);
+  light.elongation = 1.1;
+  const Peak peak;
+  const RimColour red{true, 0.2, -0.05}, grey{true, 0.0, 0.0};
+  ASSERT_GT(tail_lamp_log_odds(red.cr, red.cb), 4.0);
+  EXPECT_EQ(kind_of(peak, light, 0.35, red), LampKind::taillamp);
+  EXPECT_EQ(kind_of(peak, light, 0.35, grey), LampKind::other);
+  EXPECT_EQ(kind_of(peak, light, 0.15, red), LampKind::other);
+  EXPECT_EQ(kind_of(peak, light, 0.65, grey), LampKind::headlamp);
+  light.elongation = 4.0;  // a line
+  EXPECT_EQ(kind_of(peak, light, 0.35, red), LampKind::other);
 }
 
 }  // namespace
