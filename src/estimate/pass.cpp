@@ -232,14 +232,22 @@ bool law_is_denied(const std::vector<Found>& methods) {
   });
 }
 
-// The surest of the methods that measured.
+// The surest of the methods that measured. Lamps are unlike the law in more ways than the
+// likelihood's family of beams holds: it stands only where the paper's estimator, whose sigma holds
+// more of them, has no speed.
 void stand_by_surest(const std::vector<Found>& methods, VehicleResult& result) {
   const bool law_denied = law_is_denied(methods);
+  const bool slope = std::ranges::any_of(methods, [](const Found& found) {
+    return std::holds_alternative<SpeedEstimate>(found.row.speed) &&
+           (found.row.method == Method::power_slope_photodiode ||
+            found.row.method == Method::curved_angle_photodiode);
+  });
   const Found* surest = nullptr;
   for (const Found& found : methods) {
     result.methods.push_back(found.row);
     const auto* speed = std::get_if<SpeedEstimate>(&found.row.speed);
     if (law_denied && found.row.method != Method::delay_photodiodes) continue;
+    if (slope && found.row.method == Method::ml_photodiode) continue;
     if (speed && (!surest || speed->std_mps < std::get<SpeedEstimate>(surest->row.speed).std_mps))
       surest = &found;
   }

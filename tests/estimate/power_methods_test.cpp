@@ -168,7 +168,7 @@ TEST(Pass, FindsSpeedAndRangeInClipTime) {
   const VehicleResult result = estimate_pass(pass, 7, site, {&trace, 1});
   ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
   EXPECT_EQ(result.track_id, 7);
-  EXPECT_EQ(result.method, Method::ml_photodiode) << "the surer one";
+  EXPECT_EQ(result.method, Method::power_slope_photodiode) << "not the surer one";
   EXPECT_NEAR(result.speed.speed_mps, 20.0, 0.02);
   EXPECT_NEAR(*result.range_ref_m, kTypical.along_at_m(result.speed.time_s), 0.05);
   EXPECT_NEAR(result.t_first_s, -0.5, 1e-12);
