@@ -232,22 +232,34 @@ bool law_is_denied(const std::vector<Found>& methods) {
   });
 }
 
-// The surest of the methods that measured. Lamps are unlike the law in more ways than the
-// likelihood's family of beams holds: it stands only where the paper's estimator, whose sigma holds
-// more of them, has no speed.
+// Lamps are unlike the law in more ways than the likelihood's family of beams holds: it stands only
+// where the paper's estimator, whose sigma holds more of them, has no speed, or none of use and
+// hardly less sure a one.
+bool likelihood_stands(const std::vector<Found>& methods) {
+  constexpr double kHardlySurer = 0.8;
+  const SpeedEstimate* slope = nullptr;
+  const SpeedEstimate* likeliest = nullptr;
+  for (const Found& found : methods) {
+    const auto* speed = std::get_if<SpeedEstimate>(&found.row.speed);
+    if (found.row.method == Method::ml_photodiode)
+      likeliest = speed;
+    else if (found.row.method != Method::delay_photodiodes)
+      slope = speed;
+  }
+  return !slope ||
+         (likeliest && !useful(*slope) && likeliest->std_mps > kHardlySurer * slope->std_mps);
+}
+
+// The surest of the methods that measured.
 void stand_by_surest(const std::vector<Found>& methods, VehicleResult& result) {
   const bool law_denied = law_is_denied(methods);
-  const bool slope = std::ranges::any_of(methods, [](const Found& found) {
-    return std::holds_alternative<SpeedEstimate>(found.row.speed) &&
-           (found.row.method == Method::power_slope_photodiode ||
-            found.row.method == Method::curved_angle_photodiode);
-  });
+  const bool likelihood = likelihood_stands(methods);
   const Found* surest = nullptr;
   for (const Found& found : methods) {
     result.methods.push_back(found.row);
     const auto* speed = std::get_if<SpeedEstimate>(&found.row.speed);
     if (law_denied && found.row.method != Method::delay_photodiodes) continue;
-    if (slope && found.row.method == Method::ml_photodiode) continue;
+    if (!likelihood && found.row.method == Method::ml_photodiode) continue;
     if (speed && (!surest || speed->std_mps < std::get<SpeedEstimate>(surest->row.speed).std_mps))
       surest = &found;
   }
