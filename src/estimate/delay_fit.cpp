@@ -69,13 +69,14 @@ DelayRows rows_of(const DelayProblem& problem) {
   return rows;
 }
 
-// Under what angle off the road the far photodiode sees the vehicle, at a constant speed. Headlamps
-// shine ahead: their light is gone at half a right angle or, of wide ones in a wide view, at two
-// thirds. Light under wide angles counts less, as a mismatch is larger there than any noise.
+// Under what angle off the road the far photodiode sees the vehicle, at a constant speed: as if the
+// light ended at 59 degrees, between headlamps' beams (half a right angle) and wide views. Its
+// blocks become less sure by a part of the mismatch, which under wide angles is larger than any
+// noise; not by more than that of 1 %, or whatever is unlike would pass for it.
 void set_angles(const DelayProblem& problem, double delay_s, DelayRows& rows) {
   constexpr double kCompared_rad = 0.35, kEnd = 0.6, kOfMismatch = 0.25, kLarge = 0.01;
-  const double counted =
-      kOfMismatch * std::min(1.0, problem.log_ratio.std / kLarge) * problem.log_ratio.std;
+  const double mismatch = std::min(problem.log_ratio.std, kLarge);
+  const double counted = kOfMismatch * mismatch * mismatch / kLarge;
   const double d_m = problem.perpendicular_m;
   const double speed_mps = problem.baseline_m.mean / delay_s;
   const double passed_s = problem.far.passed_s - rows.reference_s;
@@ -216,7 +217,7 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
         return std::sqrt(of_noise(slopes)(0, 0));
       });
   // How a mismatch goes with the angle is not known well enough to say when it leaves the speed
-  // alone: that may be at a distance smaller or larger by half.
+  // alone: that may be in half as much time again before the end, or two thirds of it.
   constexpr double kOfMismatch = 0.3, kElsewhere = 1.5;
   const auto unlike_mps = [&](double tau_s) {
     double most_mps = 0.0;

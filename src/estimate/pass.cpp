@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
@@ -220,6 +221,7 @@ const MethodResult& withheld_by(const std::vector<Found>& methods) {
   auto reason = first([](Miss miss) { return miss == Miss::sensors_contradict; });
   if (reason == methods.end()) reason = first([](Miss miss) { return miss != Miss::no_scale; });
   if (reason == methods.end()) reason = first([](Miss) { return true; });
+  assert(reason != methods.end());
   return reason->row;
 }
 
@@ -233,8 +235,8 @@ bool law_is_denied(const std::vector<Found>& methods) {
 }
 
 // Lamps are unlike the law in more ways than the likelihood's family of beams holds: it stands only
-// where the paper's estimator, whose sigma holds more of them, has no speed, or none of use and
-// hardly less sure a one.
+// where the paper's estimator, whose sigma holds more of them, has no speed, or none of use and is
+// hardly less sure: then its sigma says little more of such beams than the likelihood's.
 bool likelihood_stands(const std::vector<Found>& methods) {
   constexpr double kHardlySurer = 0.8;
   const SpeedEstimate* slope = nullptr;

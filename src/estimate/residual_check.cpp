@@ -177,6 +177,7 @@ ResidualCheck check_residuals(const GeometryProblem& problem, const PathVector& 
   PathVector unrolled = parameters;
   unrolled[kRoll] = 0.0;
   check.tilt_rad = tilt_of(problem, bearing_residuals(problem, unrolled));
+  check.tilt_rad.std *= check.quick_factor.y();
   return check;
 }
 

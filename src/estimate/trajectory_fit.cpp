@@ -115,21 +115,25 @@ bool exclude_each_other(const Trajectory& one, const Trajectory& other) {
   return exclude_each_other(told_by(one), told_by(other), holds(one, other) || holds(other, one));
 }
 
-// Lamps of a vehicle stand level, but for the road's crossfall. Of two that stand one behind the
-// other the nearer is seen lower, and together they move as no vehicle of such a size is likely to.
+// Lamps of a vehicle stand level, but for the road's crossfall, of which a dashcam's own vehicle
+// has its own. Of two that stand one behind the other the nearer is seen lower, and together they
+// move as no vehicle of such a size is likely to.
 bool of_two_vehicles(const Trajectory& likeliest, const Uncertain& tilt_rad) {
-  constexpr double kCrossfall_rad = 0.03;
+  const double crossfall_rad = likeliest.ego.moving() ? 0.03 : 0.06;    // a banked bend's at most
   constexpr double kMostTilt = 8.0, kTilted = 2.5, kMostStrain = 16.0;  // of chi-square
   const GeometryProblem& problem = likeliest.problem;
   if (!problem.pairs) return false;
   const MetricPriors& priors = problem.priors;
-  const double tilt = tilt_rad.mean * tilt_rad.mean /
-                      (kCrossfall_rad * kCrossfall_rad + std::pow(tilt_rad.std, 2) +
-                       std::pow(priors.turn_rad[2].std, 2));
+  const double roll_std_rad = priors.turn_rad[2].std;
+  const double tilt =
+      tilt_rad.mean * tilt_rad.mean /
+      (crossfall_rad * crossfall_rad + tilt_rad.std * tilt_rad.std + roll_std_rad * roll_std_rad);
+  // What the fit took for roll is part of the tilt.
+  double strain = likeliest.fit.prior_chi2;
+  if (roll_std_rad > 0.0) strain -= std::pow(likeliest.fit.parameters[kRoll] / roll_std_rad, 2);
   const double rate = likeliest.at(problem.reference_s).acceleration_mps2;
   const double braking = rate * rate / kAccelerationVariance_m2ps4;
-  return tilt > kMostTilt ||
-         (tilt > kTilted && tilt + std::max(likeliest.fit.prior_chi2, braking) > kMostStrain);
+  return tilt > kMostTilt || (tilt > kTilted && tilt + std::max(strain, braking) > kMostStrain);
 }
 
 }  // namespace

@@ -11,8 +11,8 @@ namespace vildar {
 inline constexpr int kOwnSwings = 3;
 
 /// Where the camera's own vehicle stands relative to where it would be had it followed the road at
-/// its speed of a reference time; zero for a fixed camera and, but for along_m, for a constant
-/// speed without yaw rates.
+/// its speed of a reference time; zero for a fixed camera and, but for along_m and by_swing, for a
+/// constant speed without yaw rates.
 struct EgoDeviation {
   double along_m = 0.0;  ///< driven along the road's line y = 0 since the reference time
   double ahead_m = 0.0;  ///< along the road's line y = 0
@@ -45,14 +45,18 @@ struct DrivenPose {
 
 /// How the camera's own vehicle drives on its road at one time.
 struct OwnWay {
-  Uncertain heading_rad;  ///< off the road's, anticlockwise
-  Uncertain delay_s;      ///< to be added to the trace's stamps
+  /// Off the road's, anticlockwise: at that time where yaw rates are told, else the mean over the
+  /// time in which it is watched.
+  Uncertain heading_rad;
+  Uncertain delay_s;  ///< to be added to the trace's stamps
   /// Where yaw rates are told the first is their relative error, and there are no more; else those
   /// of the heading, rad, by cos(k pi t / T) over a time of T in which it is watched, k from 1.
   std::array<Uncertain, kOwnSwings> swings{};
-  double aside_std_m = 0.0;  ///< off the road's line y = 0: half of how far it goes to and fro
+  double aside_std_m =
+      0.0;  ///< off the road's line y = 0: half of how far it goes to and fro, as far as told
 };
 
+/// Seconds of clip time; from_s < to_s.
 struct TimeSpan {
   double from_s = 0.0, to_s = 0.0;
 };
@@ -71,7 +75,8 @@ class EgoMotion {
   double speed_std_mps() const { return moving_ ? site_.speed_mps.std : 0.0; }
   EgoDeviation deviation(double reference_s, double time_s) const;
   /// As yaw rates tell it: over some seconds about `reference_s` one drives along the road for the
-  /// most part. Without them one heads to and fro within the lane.
+  /// most part. Without them one who is watched heads to and fro within
+  /// the lane.
   OwnWay own_way(double reference_s) const;
   /// Driven on, or back, from a pose: it turns as yaw rates say, else as the road's line y = 0
   /// turns `way_m` from where the clip began.

@@ -38,15 +38,13 @@ std::optional<double> LightScale::typical(LampKind kind) const {
   return std::max(upper_quartile(head_.strengths), tail);
 }
 
-std::optional<double> LightScale::typical_under(double slope_down, LampKind kind) const {
+double LightScale::dimmer_ln(double slope_down, LampKind kind) const {
   // Beams in use lose a factor of 30 to 100 from 3 to 30 degrees up.
-  constexpr double kSteep = 0.05, kFall = 1.5;
-  auto strength = typical(kind);
-  const std::vector<double>& slopes_down = of(kind).slopes_down;
-  if (!strength || kind != LampKind::headlamp || slopes_down.empty()) return strength;
-  const double beyond = slope_down / std::max(kSteep, median(slopes_down));
-  if (beyond > 1.0) *strength -= kFall * std::log(beyond);
-  return strength;
+  constexpr double kFromSlope = 0.05, kPower = 1.5;
+  if (kind != LampKind::headlamp) return 0.0;
+  const std::vector<double>& told = head_.slopes_down;
+  const double typical = told.size() < kFewest ? kFromSlope : std::max(kFromSlope, median(told));
+  return slope_down > typical ? kPower * std::log(slope_down / typical) : 0.0;
 }
 
 bool LightScale::usually_clips(LampKind kind) const {

@@ -11,15 +11,15 @@ namespace vildar {
 /// near and far. Glints on car bodies, paint and lit road are far below it.
 class LightScale {
  public:
-  /// `strength` of a vehicle that is beyond doubt, the slope under which it was seen (down), and
-  /// whether its lamps clip.
+  /// `strength` of a vehicle that is beyond doubt, the slope under which it was seen (fall per
+  /// metre of depth), and whether its lamps clip.
   void add(LampKind kind, double strength, double slope_down, bool clips);
   /// Upper quartile of the latest ones, for headlamps at least that of tail lamps; nothing before
   /// there are enough.
   std::optional<double> typical(LampKind kind) const;
-  /// The same of lamps seen under this slope: low beams send less of their light the more steeply
-  /// up one looks from.
-  std::optional<double> typical_under(double slope_down, LampKind kind) const;
+  /// By how much strengths of headlamps seen under this slope are less than those: low beams send
+  /// less of their light the more steeply up one looks from. Not negative; zero for other kinds.
+  double dimmer_ln(double slope_down, LampKind kind) const;
   /// Whether most lamps clip; false before there are enough.
   bool usually_clips(LampKind kind) const;
 

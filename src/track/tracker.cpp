@@ -247,7 +247,8 @@ void Tracker::Impl::bear(const std::vector<Spot>& spots, const Association& foun
     const LampPlace place = view_.place(spots[j].at_px);
     const double strength =
         std::log(std::max(spots[j].blob->flux, 1e-9)) - 2.0 * std::log(place.inverse_depth_per_m);
-    const auto typical = lights_.typical_under(place.slope_down, spots[j].blob->kind);
+    auto typical = lights_.typical(spots[j].blob->kind);
+    if (typical) *typical -= lights_.dimmer_ln(place.slope_down, spots[j].blob->kind);
     if (typical && strength < *typical - kFarTooFaint) continue;
     lamps_.push_back(std::make_unique<Lamp>(spots[j], place, frame.frame, frame.time, view_));
     seen_.emplace_back(static_cast<int>(j), lamps_.back().get());

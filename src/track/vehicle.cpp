@@ -60,9 +60,9 @@ bool too_faint(const std::vector<double>& strengths, double clipped_share, LampK
                const LightScale& lights, double slope_down, double allowed_ln) {
   constexpr double kHiddenByClippingLn = 2.0;  // a clipped lamp is at least as bright as measured
   constexpr double kUnderTailLamps = 1.0;      // no headlamp is much weaker than tail lamps
-  const std::optional<double> typical = lights.typical_under(slope_down, kind);
+  const std::optional<double> typical = lights.typical(kind);
   const std::optional<double> tail = lights.typical(LampKind::taillamp);
-  const double strength = median(strengths);
+  const double strength = median(strengths) + lights.dimmer_ln(slope_down, kind);
   allowed_ln += kHiddenByClippingLn * clipped_share;
   return (typical && strength < *typical - allowed_ln) ||
          (kind == LampKind::headlamp && tail && strength < *tail - kUnderTailLamps);

@@ -285,6 +285,7 @@ TEST(Delay, AMismatchFarBeyondWhatTheSiteSaysGivesNoWildSpeed) {
     const double truth_mps = vehicle.speed_at_mps(fit->speed.time_s);
     EXPECT_LT(std::abs(fit->speed.speed_mps - truth_mps), 2.0 * fit->speed.std_mps)
         << "tilt " << tilt;
+    EXPECT_LT(std::abs(fit->speed.speed_mps / truth_mps - 1.0), 1.2 * kUnlike) << "tilt " << tilt;
   }
   EXPECT_GE(measured, 2) << "not by giving none";
 }

@@ -236,9 +236,10 @@ TEST(Geometry, ADashcamThatWandersUntoldKeepsItsIntervals) {
       double rate_rad_per_s, phase_rad;
     };
     std::array<Wave, 3> waves;
-    for (auto& [rate_rad_per_s, phase_rad] : waves)
-      rate_rad_per_s = 2.0 * kPi / random.uniform(5.0, 12.0),
+    for (auto& [rate_rad_per_s, phase_rad] : waves) {
+      rate_rad_per_s = 2.0 * kPi / random.uniform(5.0, 12.0);
       phase_rad = random.uniform(0.0, 2.0 * kPi);
+    }
     const Heading heading_rad = [&](double time_s) {
       double sum = 0.0;
       for (const auto& [rate_rad_per_s, phase_rad] : waves)
@@ -293,7 +294,7 @@ TEST(Geometry, LampsOfTwoCarsOneBehindTheOtherAreNoVehicle) {
 }
 
 // The road falls off to both sides: an oncoming car leans the other way.
-TEST(Geometry, ACarOnACambredRoadIsStillOne) {
+TEST(Geometry, ACarOnACamberedRoadIsStillOne) {
   Site site = dashcam_site();
   site.ego = EgoSite{{15.0, 0.3}, {}, {}};
   View view = kNoiseless;

@@ -40,11 +40,13 @@ TEST(LightScale, IsLessForHeadlampsSeenFromSteeplyAbove) {
     scale.add(LampKind::headlamp, 9.0, 0.06, false);
     scale.add(LampKind::taillamp, 5.0, 0.06, false);
   }
-  EXPECT_EQ(scale.typical_under(0.02, LampKind::headlamp), 9.0);
-  EXPECT_EQ(scale.typical_under(0.06, LampKind::headlamp), 9.0);
-  EXPECT_NEAR(*scale.typical_under(0.3, LampKind::headlamp), 9.0 - std::log(11.2), 0.05);
-  EXPECT_EQ(scale.typical_under(0.3, LampKind::taillamp), 5.0);
-  EXPECT_FALSE(LightScale().typical_under(0.3, LampKind::headlamp));
+  EXPECT_EQ(scale.dimmer_ln(0.02, LampKind::headlamp), 0.0);
+  EXPECT_EQ(scale.dimmer_ln(0.06, LampKind::headlamp), 0.0);
+  const double dimmer = scale.dimmer_ln(0.3, LampKind::headlamp);
+  EXPECT_GT(dimmer, std::log(6.0));
+  EXPECT_LT(dimmer, std::log(20.0));
+  EXPECT_EQ(scale.dimmer_ln(0.3, LampKind::taillamp), 0.0);
+  EXPECT_GT(LightScale().dimmer_ln(0.3, LampKind::headlamp), dimmer) << "from 3 degrees on";
 }
 
 }  // namespace
