@@ -75,8 +75,7 @@ class EgoMotion {
   double speed_std_mps() const { return moving_ ? site_.speed_mps.std : 0.0; }
   EgoDeviation deviation(double reference_s, double time_s) const;
   /// As yaw rates tell it: over some seconds about `reference_s` one drives along the road for the
-  /// most part. Without them one who is watched heads to and fro within
-  /// the lane.
+  /// most part. Without them one who is watched heads to and fro within the lane.
   OwnWay own_way(double reference_s) const;
   /// Driven on, or back, from a pose: it turns as yaw rates say, else as the road's line y = 0
   /// turns `way_m` from where the clip began.

@@ -39,7 +39,8 @@ std::optional<double> LightScale::typical(LampKind kind) const {
 }
 
 double LightScale::dimmer_ln(double slope_down, LampKind kind) const {
-  // Beams in use lose a factor of 30 to 100 from 3 to 30 degrees up.
+  // From 3 to 30 degrees a factor of 39. The low beam of optics/beam_shapes.h loses 25 straight up,
+  // but a mast stands aside as well, where it loses more, and lamps differ.
   constexpr double kFromSlope = 0.05, kPower = 1.5;
   if (kind != LampKind::headlamp) return 0.0;
   const std::vector<double>& told = head_.slopes_down;

@@ -17,8 +17,9 @@ class LightScale {
   /// Upper quartile of the latest ones, for headlamps at least that of tail lamps; nothing before
   /// there are enough.
   std::optional<double> typical(LampKind kind) const;
-  /// By how much strengths of headlamps seen under this slope are less than those: low beams send
-  /// less of their light the more steeply up one looks from. Not negative; zero for other kinds.
+  /// By how much strengths of headlamps seen under this slope may be less than those: low beams
+  /// send less of their light the more steeply up one looks from. Not negative; zero for other
+  /// kinds.
   double dimmer_ln(double slope_down, LampKind kind) const;
   /// Whether most lamps clip; false before there are enough.
   bool usually_clips(LampKind kind) const;

@@ -33,7 +33,7 @@ TEST(LightScale, HeadlampsAreNoFainterThanTaillamps) {
   EXPECT_EQ(scale.typical(LampKind::taillamp), 8.0);
 }
 
-// From 3 to 17 degrees up low beams lose a factor of ten or so; tail lamps do not.
+// From 3 to 17 degrees up low beams may lose a factor of ten or so; tail lamps do not.
 TEST(LightScale, IsLessForHeadlampsSeenFromSteeplyAbove) {
   LightScale scale;
   for (int i = 0; i < 3; ++i) {

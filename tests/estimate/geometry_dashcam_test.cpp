@@ -1,0 +1,270 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <optional>
+
+#include "geometry_pass.h"
+
+namespace vildar {
+namespace {
+
+using simulated::expect_motion;
+using simulated::kNoiseless;
+using simulated::mast_site;
+using simulated::result_of;
+using simulated::track_of;
+using simulated::Vehicle;
+using simulated::View;
+
+Site dashcam_site() {
+  Site site = mast_site(1.3);
+  site.camera->pitch_rad = {0.0, 0.003};
+  site.road.lanes = {{"other", {3.5, 0.3}, 3.5, Direction::oncoming},
+                     {"own", {0.0, 0.3}, 3.5, Direction::receding}};
+  site.ego = EgoSite{{15.0, 0.3}, {}, {}};
+  return site;
+}
+
+TEST(Geometry, DashcamSpeedIsOverTheGround) {
+  const Vehicle vehicle{12.0, 0.0, 80.0, 3.5, 0.65, 1.2};
+  View view = kNoiseless;
+  view.ego_mps = 15.0;
+  const VehicleResult result = result_of(vehicle, dashcam_site(), view);
+  expect_motion(result, vehicle, 1e-4);
+  EXPECT_NEAR(*result.closing_speed_mps, 27.0, 1e-3);
+  EXPECT_GE(result.speed.std_mps, 0.3);  // that of the own speed is part of it
+}
+
+TEST(Geometry, DashcamFollowsAnEgoTrace) {
+  const Vehicle vehicle{12.0, 0.0, 80.0, 3.5, 0.65, 1.2};
+  View view = kNoiseless;
+  view.ego_mps = 15.0;
+  view.ego_acceleration_mps2 = -3.0;
+  Site site = dashcam_site();
+  for (double t_s = -1.0; t_s < 5.0; t_s += 0.1)
+    site.ego->trace.push_back({t_s, 15.0 - 3.0 * t_s, 0.0});
+  const VehicleResult result = result_of(vehicle, site, view);
+  expect_motion(result, vehicle, 1e-3);
+  EXPECT_NEAR(*result.closing_speed_mps, 12.0 + 15.0 - 3.0 * result.speed.time_s, 0.02);
+}
+
+constexpr double kOwnSpeed_mps = 18.0;
+using Heading = std::function<double(double time_s)>;
+
+/// Where one at that speed comes who heads so off the road from `left_m` of its line: x, y,
+/// heading.
+Eigen::Vector3d driven(const Heading& heading_rad, double left_m, double time_s) {
+  constexpr double kStep_s = 1e-3;
+  Eigen::Vector3d at(0.0, left_m, heading_rad(time_s));
+  for (double t_s = 0.5 * kStep_s; t_s < time_s; t_s += kStep_s)
+    at.head<2>() += kOwnSpeed_mps * kStep_s *
+                    Eigen::Vector2d(std::cos(heading_rad(t_s)), std::sin(heading_rad(t_s)));
+  return at;
+}
+
+/// How vehicles with lamps and places drawn from the site's priors are measured from a dashcam.
+class DashcamPasses {
+ public:
+  void add(Random& random, const Heading& heading_rad, double left_m, std::optional<EgoSite> told) {
+    Site site = dashcam_site();
+    site.ego = std::move(told);
+    simulated::Vehicle vehicle;
+    vehicle.speed_mps = random.uniform(10.0, 30.0);
+    vehicle.height_m = 0.65 + 0.1 * random.normal();
+    vehicle.separation_m = 1.2 + 0.15 * random.normal();
+    vehicle.lateral_m = 3.5 + 0.3 * random.normal();
+    const double meet_s = random.uniform(4.5, 6.5);
+    vehicle.along_m = meet_s * (vehicle.speed_mps + kOwnSpeed_mps);
+    simulated::View view;
+    view.from_s = meet_s - 2.5;
+    view.to_s = meet_s - 0.3;
+    const std::function<Eigen::Vector3d(double)> pose = [&](double time_s) {
+      return driven(heading_rad, left_m, time_s);
+    };
+    view.ego_pose = &pose;
+    const auto result =
+        estimate_vehicle(simulated::track_of(vehicle, site, view, random), site, {}).result;
+    ++passes_;
+    if (result.withheld) return;
+    ++measured_;
+    inside_ +=
+        result.speed.lo95_mps <= vehicle.speed_mps && vehicle.speed_mps <= result.speed.hi95_mps;
+    EXPECT_LT(std::abs(result.speed.speed_mps - vehicle.speed_mps), 4.0 * result.speed.std_mps)
+        << passes_ - 1 << ": " << result.speed.speed_mps << " +- " << result.speed.std_mps
+        << " for " << vehicle.speed_mps;
+  }
+  double measured_share() const { return static_cast<double>(measured_) / passes_; }
+  double inside_share() const { return static_cast<double>(inside_) / measured_; }
+
+ private:
+  int passes_ = 0, measured_ = 0, inside_ = 0;
+};
+
+// Changes lanes and back: yaw rate A sin(2 pi phase), the heading is its integral.
+TEST(Geometry, ADashcamThatSwervesKeepsItsIntervals) {
+  DashcamPasses passes;
+  for (int i = 0; i < 60; ++i) {
+    Random random(static_cast<std::uint64_t>(20261125 + i));
+    const double begin_s = random.uniform(3.0, 5.0), length_s = random.uniform(2.0, 3.0);
+    const double rate_rad_per_s = random.uniform(0.03, 0.09) * (i % 2 == 0 ? 1.0 : -1.0);
+    const Heading heading_rad = [=](double time_s) {
+      const double phase = std::clamp((time_s - begin_s) / length_s, 0.0, 1.0);
+      return rate_rad_per_s * length_s / (2.0 * kPi) * (1.0 - std::cos(2.0 * kPi * phase));
+    };
+    EgoSite told{{kOwnSpeed_mps, 0.0}, {}, {}};
+    const double late_s = random.uniform(-0.1, 0.1), turns = 1.0 + 0.02 * random.normal();
+    for (int k = -50; k <= 900; ++k) {
+      const double time_s = 0.01 * k;
+      told.trace.push_back(
+          {time_s + late_s, kOwnSpeed_mps,
+           turns * (heading_rad(time_s + 1e-4) - heading_rad(time_s - 1e-4)) / 2e-4});
+    }
+    passes.add(random, heading_rad, 0.0, told);
+  }
+  EXPECT_GE(passes.measured_share(), 0.5);
+  EXPECT_GE(passes.inside_share(), 0.88);
+}
+
+// Half a degree to and fro, every 5 to 12 s, of which the site says nothing.
+TEST(Geometry, ADashcamThatWandersUntoldKeepsItsIntervals) {
+  const double kWave_rad = 0.008 / std::sqrt(1.5);
+  DashcamPasses passes;
+  for (int i = 0; i < 100; ++i) {
+    Random random(static_cast<std::uint64_t>(20261225 + i));
+    struct Wave {
+      double rate_rad_per_s, phase_rad;
+    };
+    std::array<Wave, 3> waves;
+    for (auto& [rate_rad_per_s, phase_rad] : waves) {
+      rate_rad_per_s = 2.0 * kPi / random.uniform(5.0, 12.0);
+      phase_rad = random.uniform(0.0, 2.0 * kPi);
+    }
+    const Heading heading_rad = [&](double time_s) {
+      double sum = 0.0;
+      for (const auto& [rate_rad_per_s, phase_rad] : waves)
+        sum += std::sin(rate_rad_per_s * time_s + phase_rad);
+      return kWave_rad * sum;
+    };
+    double left_m = 0.0;  // about the middle of its lane
+    for (const auto& [rate_rad_per_s, phase_rad] : waves)
+      left_m -= kWave_rad * kOwnSpeed_mps / rate_rad_per_s * std::cos(phase_rad);
+    passes.add(random, heading_rad, left_m, EgoSite{{kOwnSpeed_mps, 0.0}, {}, {}});
+  }
+  EXPECT_GE(passes.measured_share(), 0.9);
+  EXPECT_GE(passes.inside_share(), 0.9);
+}
+
+// A queue before a low camera: of each car one lamp shows beside the car ahead.
+TEST(Geometry, LampsOfTwoCarsOneBehindTheOtherAreNoVehicle) {
+  Site site = dashcam_site();
+  for (Uncertain* turn_rad :
+       {&site.camera->yaw_rad, &site.camera->pitch_rad, &site.camera->roll_rad})
+    turn_rad->std = 0.005;
+  int ambiguous = 0;
+  for (int i = 0; i < 24; ++i) {
+    Random random(static_cast<std::uint64_t>(20261126 + i));
+    site.camera->position_m[2].mean = random.uniform(1.1, 1.4);
+    const double own_mps = random.uniform(5.0, 15.0);
+    site.ego = EgoSite{{own_mps, 0.3}, {}, {}};
+    View view;
+    view.sigma_px = random.uniform(0.1, 0.3);
+    view.ego_mps = own_mps;
+    view.to_s = random.uniform(1.5, 4.0);
+    Vehicle ahead{random.uniform(3.0, 12.0), 0.0, 0.0, 3.5, 0.65 + 0.1 * random.normal(), 1.2};
+    ahead.along_m = random.uniform(10.0, 60.0) + view.to_s * (own_mps + ahead.speed_mps);
+    Vehicle behind = ahead;
+    behind.along_m += random.uniform(8.0, 18.0);
+    VehicleTrack track = track_of(ahead, site, view, random);
+    const VehicleTrack other = track_of(behind, site, view, random);
+    ASSERT_EQ(track.sightings.size(), other.sightings.size());
+    for (std::size_t k = 0; k < track.sightings.size(); ++k) {
+      track.sightings[k].left = track.sightings[k].right;
+      track.sightings[k].right = other.sightings[k].right;
+    }
+    const VehicleResult result = estimate_vehicle(track, site, {}).result;
+    EXPECT_TRUE(result.withheld) << i << ": " << result.speed.speed_mps << " for "
+                                 << ahead.speed_mps;
+    if (result.withheld != Miss::ambiguous_identity) continue;
+    ++ambiguous;
+    ASSERT_FALSE(result.warnings.empty());
+    EXPECT_NE(result.warnings.back().find("may be of two vehicles"), std::string::npos);
+  }
+  EXPECT_GE(ambiguous, 3);
+}
+
+// The road falls off to both sides: an oncoming car leans the other way.
+TEST(Geometry, ACarOnACamberedRoadIsStillOne) {
+  Site site = dashcam_site();
+  site.ego = EgoSite{{15.0, 0.3}, {}, {}};
+  View view = kNoiseless;
+  view.sigma_px = 0.1;
+  view.ego_mps = 15.0;
+  const Vehicle vehicle{12.0, 0.0, 80.0, 3.5, 0.65, 1.2};
+  Random random(4);
+  VehicleTrack track = track_of(vehicle, site, view, random);
+  for (VehicleSighting& sighting : track.sightings) {
+    const double across_px = sighting.right->centre_px.x() - sighting.left->centre_px.x();
+    sighting.left->centre_px.y() -= 0.5 * 0.05 * across_px;
+    sighting.right->centre_px.y() += 0.5 * 0.05 * across_px;
+  }
+  const VehicleResult result = estimate_vehicle(track, site, {}).result;
+  ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
+  EXPECT_LT(std::abs(result.speed.speed_mps - 12.0), 2.0 * result.speed.std_mps);
+}
+
+// Twelve metres a second on a bend of 150 m, seen from its own lane; the other lane is the inner or
+// the outer one.
+struct BendView {
+  Site site = dashcam_site();
+  Vehicle vehicle{12.0, 0.0, 60.0, 3.5, 0.65, 1.2};
+  View view = kNoiseless;
+};
+
+BendView on_a_bend(Turn turn, bool yaw_rates) {
+  BendView scene;
+  RoadSite& road = scene.site.road;
+  road.kind = RoadKind::curved;
+  road.turn = turn;
+  road.radius_m = Uncertain{150.0, 0.0};
+  road.straight_m = 0.0;
+  scene.view.ego_mps = 15.0;
+  scene.view.ego_yaw_rad_per_s = bend_of(road) * 15.0 / 150.0;
+  scene.view.to_s = 1.8;
+  if (yaw_rates)
+    scene.site.ego->trace = {{-1.0, 15.0, scene.view.ego_yaw_rad_per_s},
+                             {5.0, 15.0, scene.view.ego_yaw_rad_per_s}};
+  return scene;
+}
+
+TEST(Geometry, DashcamOnABend) {
+  for (const Turn turn : {Turn::left, Turn::right})
+    for (const bool yaw_rates : {false, true}) {
+      const BendView scene = on_a_bend(turn, yaw_rates);
+      const VehicleResult result = result_of(scene.vehicle, scene.site, scene.view);
+      expect_motion(result, scene.vehicle, 1e-3);
+      const double bend = bend_of(scene.site.road), lane_radius_m = 150.0 - bend * 3.5;
+      const double t_s = result.speed.time_s;
+      const double between_rad = (60.0 - 12.0 * t_s) / lane_radius_m - 15.0 * t_s / 150.0;
+      EXPECT_NEAR(*result.range_ref_m, lane_radius_m * std::sin(between_rad), 0.05);
+      EXPECT_NEAR(*result.lateral_m, 3.5 + bend * lane_radius_m * (1.0 - std::cos(between_rad)),
+                  0.02);
+      // The lanes' lengths differ: what closes along the vehicle's lane is not the sum of speeds.
+      EXPECT_NEAR(*result.closing_speed_mps, 12.0 + 15.0 * lane_radius_m / 150.0, 0.03);
+    }
+}
+
+TEST(Geometry, YawRatesTellARadiusThatTheSiteHasWrong) {
+  for (const Turn turn : {Turn::left, Turn::right}) {
+    BendView scene = on_a_bend(turn, true);
+    const Site truth = scene.site;
+    Random random(1);
+    const VehicleTrack track = track_of(scene.vehicle, truth, scene.view, random);
+    scene.site.road.radius_m = Uncertain{165.0, 30.0};
+    const VehicleResult result = estimate_vehicle(track, scene.site, {}).result;
+    expect_motion(result, scene.vehicle, 0.01);
+  }
+}
+
+}  // namespace
+}  // namespace vildar
