@@ -177,6 +177,7 @@ std::optional<PassPosterior> pass_posterior(const PowerSeries& series, const Pow
   constexpr std::size_t kFewestBlocks = 5;
   if (series.time_s.size() < kFewestSamples) return std::nullopt;
   constexpr double kTolerance = 0.02;
+  constexpr double kHopelessChi2 = 25.0;  // of a block
   std::vector<Way> ways;
   for (const double background : backgrounds(series)) {
     PassMotion from = motion_above(background * series.background_std_w, series, known, start);
@@ -192,7 +193,7 @@ std::optional<PassPosterior> pass_posterior(const PowerSeries& series, const Pow
       const auto outcome =
           descend([&](const Eigen::VectorXd& at,
                       bool with_slopes) { return light.residuals(at, ripple_nat, with_slopes); },
-                  z, kTolerance);
+                  z, kTolerance, 0.5 * kHopelessChi2 * static_cast<double>(light.blocks()));
       const auto* minimum = std::get_if<Minimum>(&outcome);
       if (!minimum) continue;
       auto way = way_at(light, *minimum, ripple_nat, series.background_std_w);

@@ -87,8 +87,9 @@ Eigen::MatrixXd curvature(const ResidualsAt& residuals, const Minimum& at,
 
 }  // namespace
 
-Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, double tolerance) {
-  constexpr int kMostIterations = 200;
+Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, double tolerance,
+                         double hopeless_cost) {
+  constexpr int kMostIterations = 200, kMostHopeless = 40;
   // Residuals that are many sigmas large and bend make Gauss-Newton creep, or go to and fro.
   constexpr int kQuickIterations = 12;
   constexpr double kFirstDamping = 1e-6, kMostDamping = 1e12;
@@ -100,6 +101,7 @@ Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, do
   double damping = 0.0;
   std::optional<Eigen::MatrixXd> hessian;  // at `best`
   for (; best.iterations < kMostIterations && damping < kMostDamping; ++best.iterations) {
+    if (best.iterations >= kMostHopeless && best.cost > hopeless_cost) break;
     // Scaled to a unit diagonal: unknowns differ by many orders.
     const Eigen::VectorXd scale = best.information.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::VectorXd gradient = here->gradient();
