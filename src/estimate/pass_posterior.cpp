@@ -169,23 +169,24 @@ PassPosterior mean_of(const std::vector<Way>& ways) {
 
 }  // namespace
 
-std::optional<PassPosterior> pass_posterior(const PowerSeries& series, const PowerCase& known,
-                                            const PassMotion& start) {
+Outcome<PassPosterior> pass_posterior(const PowerSeries& series, const PowerCase& known,
+                                      const PassMotion& start) {
   // Small ones are likelier beforehand, by their inverse root: the site states a law.
   constexpr std::array<double, 6> kRipples_nat{1.0, 0.5, 0.25, 0.1, 0.03, 0.01};
   constexpr double kOfTheLaw_nat = 0.05;
   constexpr std::size_t kFewestBlocks = 5;
-  if (series.time_s.size() < kFewestSamples) return std::nullopt;
+  if (series.time_s.size() < kFewestSamples) return Miss::outside_model;
   constexpr double kTolerance = 0.02;
   constexpr double kHopelessChi2 = 25.0;  // of a block
   std::vector<Way> ways;
+  bool hopeless = false;
   for (const double background : backgrounds(series)) {
     PassMotion from = motion_above(background * series.background_std_w, series, known, start);
     // All ways tell the speed of one time.
     from.along_m -= (start.reference_s - from.reference_s) * from.speed_mps;
     from.reference_s = start.reference_s;
     const PassLight light(series, known, from);
-    if (light.blocks() < kFewestBlocks) return std::nullopt;
+    if (light.blocks() < kFewestBlocks) return Miss::outside_model;
     Eigen::VectorXd z = light.nearest_to(from);
     z[kDark] = background;
     for (const double more_nat : kRipples_nat) {
@@ -195,7 +196,10 @@ std::optional<PassPosterior> pass_posterior(const PowerSeries& series, const Pow
                       bool with_slopes) { return light.residuals(at, ripple_nat, with_slopes); },
                   z, kTolerance, 0.5 * kHopelessChi2 * static_cast<double>(light.blocks()));
       const auto* minimum = std::get_if<Minimum>(&outcome);
-      if (!minimum) continue;
+      if (!minimum) {
+        hopeless |= std::get<Miss>(outcome) == Miss::bad_fit;
+        continue;
+      }
       auto way = way_at(light, *minimum, ripple_nat, series.background_std_w);
       if (!way) continue;
       way->evidence -= 0.5 * std::log(more_nat);
@@ -205,14 +209,15 @@ std::optional<PassPosterior> pass_posterior(const PowerSeries& series, const Pow
         ways.push_back(*way);
     }
   }
-  if (ways.empty()) return std::nullopt;
+  if (ways.empty()) return hopeless ? Miss::bad_fit : Miss::outside_model;
   return mean_of(ways);
 }
 
-std::optional<PassPosterior> pass_posterior(const PowerSeries& series, const PowerCase& known) {
-  if (series.time_s.size() < kFewestSamples) return std::nullopt;
+Outcome<PassPosterior> pass_posterior(const PowerSeries& series, const PowerCase& known) {
+  if (series.time_s.size() < kFewestSamples) return Miss::outside_model;
   const auto start = first_motion(series, known);
-  return start ? pass_posterior(series, known, *start) : std::nullopt;
+  if (!start) return Miss::outside_model;
+  return pass_posterior(series, known, *start);
 }
 
 }  // namespace vildar

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <optional>
-
+#include "core/outcome.h"
 #include "estimate/power_method.h"
 
 namespace vildar {
@@ -23,13 +22,14 @@ struct PassPosterior {
 };
 
 /// `start` is where the fits begin; where the background is unsure they begin at several of its
-/// values, each from what the paper's estimator then makes of the light. Nothing where no motion
-/// near these explains the light or there are fewer than five blocks.
-std::optional<PassPosterior> pass_posterior(const PowerSeries& series, const PowerCase& known,
-                                            const PassMotion& start);
+/// values, each from what the paper's estimator then makes of the light. Misses: bad_fit where none
+/// comes near the light, outside_model where no other motion near these explains it or there are
+/// fewer than five blocks.
+Outcome<PassPosterior> pass_posterior(const PowerSeries& series, const PowerCase& known,
+                                      const PassMotion& start);
 
 /// The same from what the paper's estimator makes of the light, else from the likeliest motion
 /// under the law.
-std::optional<PassPosterior> pass_posterior(const PowerSeries& series, const PowerCase& known);
+Outcome<PassPosterior> pass_posterior(const PowerSeries& series, const PowerCase& known);
 
 }  // namespace vildar

@@ -125,7 +125,8 @@ VehicleLight vehicle_light(const PowerTrace& trace, const Site& site, const Powe
   light.cleared = light.series;
   if (light.series.power_w.empty() || !(ambient_w.std > kUnsure * least_mean_w(light.series)))
     return light;
-  const auto posterior = pass_posterior(light.series, known);
+  const auto outcome = pass_posterior(light.series, known);
+  const auto* posterior = std::get_if<PassPosterior>(&outcome);
   if (!posterior) return light;
   const Uncertain told_w{ambient_w.mean + posterior->background_w, posterior->background_std_w};
   // What was too faint above the one ambient, or too near, may not be so above the other.

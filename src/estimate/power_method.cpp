@@ -152,9 +152,10 @@ Outcome<PowerSpeed> power_speed(const PowerSeries& series, const PowerCase& know
   const double scatter2 = fit.sigma_mps * fit.sigma_mps * (1.0 + lag) / (1.0 - lag);
   const PassMotion motion = motion_at_middle(series, fit);
   const auto posterior = pass_posterior(series, known, motion);
-  if (!posterior) return Miss::outside_model;
+  if (const Miss* miss = std::get_if<Miss>(&posterior)) return *miss;
+  const double ripple_nat = std::get<PassPosterior>(posterior).ripple_nat;
   const double beam2 =
-      beam_variance(series, known, motion, posterior->ripple_nat, [&](const PowerSeries& unlike) {
+      beam_variance(series, known, motion, ripple_nat, [&](const PowerSeries& unlike) {
         const auto pulled = paper_fit(unlike, known);
         const PaperFit* found = std::get_if<PaperFit>(&pulled);
         return found ? found->speed_mps : INFINITY;

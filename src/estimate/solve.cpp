@@ -101,7 +101,7 @@ Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, do
   double damping = 0.0;
   std::optional<Eigen::MatrixXd> hessian;  // at `best`
   for (; best.iterations < kMostIterations && damping < kMostDamping; ++best.iterations) {
-    if (best.iterations >= kMostHopeless && best.cost > hopeless_cost) break;
+    if (best.iterations >= kMostHopeless && best.cost > hopeless_cost) return Miss::bad_fit;
     // Scaled to a unit diagonal: unknowns differ by many orders.
     const Eigen::VectorXd scale = best.information.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::VectorXd gradient = here->gradient();

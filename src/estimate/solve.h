@@ -63,7 +63,7 @@ struct Minimum {
 /// Levenberg and Marquardt where they do not lower the cost; Newton's, with the cost's curvature by
 /// differences, where a dozen of these have not got there. Stops where the next step is shorter
 /// than `tolerance` sigmas or the last one gained no more than such a step would. Misses:
-/// not_converged, after 40 steps where the cost is still above `hopeless_cost`.
+/// not_converged; bad_fit where the cost is above `hopeless_cost` after 40 steps.
 Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, double tolerance,
                          double hopeless_cost = std::numeric_limits<double>::infinity());
 

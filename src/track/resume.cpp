@@ -101,7 +101,7 @@ void resume(const Vehicle& lost, Vehicle& found) {
   found.both_seen += lost.both_seen;
   found.second_on_body += lost.second_on_body;
   found.images += lost.images;
-  found.ambiguous |= lost.ambiguous;
+  found.ambiguous |= lost.ambiguous || (lost.came_apart && lost.both_seen < 50);
   found.told_strength |= lost.told_strength;
 }
 

@@ -98,7 +98,7 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
   follow(spots, frame);
   note_look_alikes(lamps_, spots, vehicles_, view_, frame.frame);
   pairing_.update(lamps_, vehicles_, frame.frame, frame.time);
-  if (!view_.moving_sensor()) resume_lost(vehicles_, waiting_, frame.frame, waits_since_, view_);
+  resume_lost(vehicles_, waiting_, frame.frame, waits_since_, view_);
   for (const auto& vehicle : vehicles_) mark_split_records(*vehicle);
   learn_strength();
   find_turn(frame);
@@ -317,7 +317,7 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
   for (auto& vehicle : vehicles_) {
     if (vehicle->left || vehicle->right) continue;
     cut_where_it_came_apart(*vehicle);
-    if (view_.moving_sensor() || vehicle->drove_out) {
+    if (vehicle->drove_out) {
       end(vehicle);
     } else {
       waits_since_ = frame.frame;

@@ -130,15 +130,23 @@ TEST(Descend, StaysInsideTheDomain) {
   EXPECT_EQ(std::get<Miss>(descend(log_squared, start, 1e-6)), Miss::not_converged);
 }
 
+std::optional<Residuals> runaway(const Eigen::VectorXd& x, bool with_slopes) {
+  Residuals found;
+  found.values.setConstant(1, 1e150 * std::exp(-x[0]));
+  found.cost = 0.5 * found.values.squaredNorm();
+  if (with_slopes) found.slopes = -found.values.transpose();
+  return found;
+}
+
 TEST(Descend, GivesNothingWhereNoMinimumIsReached) {
-  const auto runaway = [](const Eigen::VectorXd& x, bool with_slopes) -> std::optional<Residuals> {
-    Residuals found;
-    found.values.setConstant(1, 1e150 * std::exp(-x[0]));
-    found.cost = 0.5 * found.values.squaredNorm();
-    if (with_slopes) found.slopes = -found.values.transpose();
-    return found;
-  };
   EXPECT_EQ(std::get<Miss>(descend(runaway, Eigen::VectorXd::Zero(1), 1e-6)), Miss::not_converged);
+}
+
+TEST(Descend, GivesUpWhereItIsHopelessAfterFortySteps) {
+  EXPECT_EQ(std::get<Miss>(descend(runaway, Eigen::VectorXd::Zero(1), 1e-6, 1.0)), Miss::bad_fit);
+  // What gets there sooner is a minimum, however high.
+  const auto outcome = descend(valley, Eigen::Vector2d(-1.2, 1.0), 1e-6, -1.0);
+  EXPECT_TRUE(std::holds_alternative<Minimum>(outcome));
 }
 
 }  // namespace
