@@ -48,8 +48,9 @@ bool would_be(const VehicleCourse& lost, std::span<const LampLook> found, const 
   constexpr double kSigmas = 3.0, kFloor_m = 0.5, kFloorShare = 0.03;
   // Nearer to one another no vehicles follow, or drive in two lanes.
   constexpr double kMostOff_m = 5.0, kMostBeside_m = 1.0;
-  // What is known no better than this tells nothing.
-  constexpr double kMostSigma_m = 15.0;
+  // What is known no better than this tells nothing. Before a dashcam a queue shows but some of its
+  // vehicles, and the next one may be the one behind.
+  const double most_sigma_m = view.moving_sensor() ? 5.0 : 15.0;
   const auto enough =
       std::ranges::lower_bound(found, found.front().time_s + kFirst_s, {}, &LampLook::time_s);
   const auto later = lost.placed({found.begin(), enough}, view);
@@ -58,7 +59,7 @@ bool would_be(const VehicleCourse& lost, std::span<const LampLook> found, const 
   const double off_m = later->along_m(time_s) - lost.along_m(time_s);
   const double known_m = std::hypot(lost.along_sigma_m(time_s), later->along_sigma_m(time_s));
   const double sigma_m = known_m + std::hypot(kFloor_m, kFloorShare * later->along_m(time_s));
-  return known_m < kMostSigma_m && std::abs(off_m) < std::min(kMostOff_m, kSigmas * sigma_m) &&
+  return known_m < most_sigma_m && std::abs(off_m) < std::min(kMostOff_m, kSigmas * sigma_m) &&
          std::abs(later->lateral_m() - lost.lateral_m()) < kMostBeside_m;
 }
 
@@ -101,7 +102,7 @@ void resume(const Vehicle& lost, Vehicle& found) {
   found.both_seen += lost.both_seen;
   found.second_on_body += lost.second_on_body;
   found.images += lost.images;
-  found.ambiguous |= lost.ambiguous || (lost.came_apart && lost.both_seen < 50);
+  found.ambiguous |= lost.ambiguous;
   found.told_strength |= lost.told_strength;
 }
 

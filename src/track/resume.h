@@ -9,8 +9,8 @@ namespace vildar {
 inline constexpr double kLongestWait_s = 3.5;
 
 /// Whether a pair that has just been found stands where a vehicle that was lost from view, or taken
-/// apart, would have got to: at its speed along the road, and as far across it. For a sensor that
-/// stands.
+/// apart, would have got to: at its speed along the road, and as far across it; before a sensor
+/// that moves, at its speed relative to that.
 bool goes_on(const Vehicle& lost, const Vehicle& found, const RoadView& view);
 
 /// The same of a light that was alone, and was lost no more than kLongestWait_s before the other

@@ -49,7 +49,7 @@ class Tracker {
 
   /// Takes the blobs of the next frame and sets their kind as far as it is known by now. Returns
   /// the vehicles that ended, i.e. that left the image, or were lost within it so long ago that
-  /// they are not waited for any more (3.5 s; from a moving camera `longest_gap_s`). Throws
+  /// they are not waited for any more (3.5 s). Throws
   /// std::invalid_argument when the time is not after that of the frame before.
   std::vector<VehicleTrack> update(BlobFrame& blobs);
 

@@ -112,6 +112,15 @@ TEST(TrackScene, ComesOutFromBehindAnotherVehicleAsItself) {
   }
 }
 
+TEST(TrackScene, ComesOutFromBehindAnotherVehicleBeforeADashcam) {
+  for (const double hidden_s : {0.8, 1.1, 1.4}) {
+    Scene made = dashcam(14.0);
+    made.cars = {car(70, 3.6, -4), car(130, 3.6, -4)};
+    made.cars[0].hidden_s = {{1.2, 1.2 + hidden_s}};
+    expect_each_car_once(scene::run(made), 2, 0.9);
+  }
+}
+
 TEST(TrackScene, HeadingKnownToAFewDegreesOnly) {
   for (const double off_deg : {-3.0, 3.0}) {
     Scene made = mast();
