@@ -153,9 +153,10 @@ class Measuring {
     steps_.add(one.steady ? one.steady->track : track);
     if (offered.unexplained)
       estimate.result.warnings.push_back(
-          "the photodiodes receive light that none of the vehicles in view explains, so the power "
-          "law gives no speed; check the camera's view, the channel and "
-          "the photodiodes' clock (time_offset_s)");
+          "the photodiodes receive light that none of the vehicles in view explains, so by itself "
+          "it "
+          "gives no speed; check the camera's view, the channel and the photodiodes' clock "
+          "(time_offset_s)");
     if (options_.annotate)
       for (const VehicleSighting& sighting : track.sightings)
         measurement_.sightings.push_back(annotated(track.id, sighting));

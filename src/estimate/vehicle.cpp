@@ -220,7 +220,13 @@ struct Delay {
   /// Why nothing is to be taken from this light: several_vehicles where one shines, too, that the
   /// camera does not see, outside_model where lamps pulse.
   std::optional<Miss> spoilt;
+  bool warned = false;  ///< of that, by who offers the light
 };
+
+// What all vehicles in view shine does not explain the light of this one's time.
+bool of_strangers(const VehiclePower& offered) {
+  return offered.own_light && offered.own_light->time_s.empty();
+}
 
 // Adds the method `delay_photodiodes`. The vehicle passes the photodiodes after the camera has lost
 // it, and may brake meanwhile: its speed is asked for in the time that the bearings tell of, but
@@ -240,9 +246,11 @@ Delay delay_of(const Site& site, std::span<const VehiclePower> power, const Traj
   const auto* fit = std::get_if<DelayFit>(&outcome);
   if (traces.size() < power.size() && traces.size() < 2) row.speed = Miss::several_vehicles;
   Delay delay;
-  if (fit && std::ranges::any_of(traces, [&](const PowerTrace* trace) {
-        return pulses_by_its_peak(*trace, site, from_s, to_s);
-      }))
+  if (fit && std::ranges::any_of(power, of_strangers))
+    delay = {{}, Miss::several_vehicles, true};
+  else if (fit && std::ranges::any_of(traces, [&](const PowerTrace* trace) {
+             return pulses_by_its_peak(*trace, site, from_s, to_s);
+           }))
     delay.spoilt = Miss::outside_model;
   else if (fit && of_several(*fit, lanes_towards(site.road), 0.0))
     delay.spoilt = Miss::several_vehicles;
@@ -254,12 +262,14 @@ Delay delay_of(const Site& site, std::span<const VehiclePower> power, const Traj
 }
 
 // Of light that is spoilt no method's speed stands, and none contradicts the camera's.
-void leave_to_camera(Miss why, VehicleResult& result) {
+void leave_to_camera(const Delay& delay, VehicleResult& result) {
+  const Miss why = *delay.spoilt;
   for (MethodResult& row : result.methods)
     if (row.method == Method::power_slope_photodiode || row.method == Method::ml_photodiode ||
         row.method == Method::curved_angle_photodiode)
       row.speed = why;
   if (!result.withheld) result.methods.push_back({Method::fused, why, result.n_frames, ""});
+  if (delay.warned) return;
   result.warnings.push_back(
       why == Miss::several_vehicles
           ? "the photodiodes' light does not move as that of one vehicle, another that the camera "
@@ -338,7 +348,7 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
         result.methods.push_back(std::move(row));
       const Delay delay = power.size() > 1 ? delay_of(site, power, trajectory, result) : Delay{};
       if (delay.spoilt)
-        leave_to_camera(*delay.spoilt, result);
+        leave_to_camera(delay, result);
       else if (trajectory && !result.withheld)
         fuse(track, site, power, delay.fit ? &*delay.fit : nullptr, trajectories, result);
       else if (delay.fit)

@@ -25,8 +25,8 @@ struct VehicleEstimate {
 struct VehiclePower {
   const PowerTrace* trace = nullptr;
   bool shared = false;  ///< another vehicle feeds this photodiode during this pass
-  /// The same, also where it is shared, with the light of others taken out; null where there is
-  /// none. Outlives the call.
+  /// The same, also where it is shared, with the light of others taken out; empty where there is
+  /// light that no vehicle in view explains, null where the law tells nothing. Outlives the call.
   const PowerTrace* own_light = nullptr;
 };
 

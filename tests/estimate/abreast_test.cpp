@@ -84,10 +84,12 @@ class BesideACamera : public Abreast {
     site_.camera = simulated::mast_site(4.0).camera;
     site_.road.lanes.push_back({"far", {-7.5, 0.3}, 3.5, Direction::oncoming});
   }
-  VehicleResult seen_with(const std::vector<PowerTrace>& traces, const Site& site) {
+  VehicleResult seen_with(const std::vector<PowerTrace>& traces, const Site& site,
+                          const PowerTrace* own_light = nullptr) {
     const simulated::Vehicle near{20.0, 0.0, 80.0, -4.0, 0.65, 1.2};
     const VehicleTrack track = track_of(near, site, {.from_s = 0.5, .to_s = 3.4}, random_);
-    const std::vector<VehiclePower> power{{&traces[0], false}, {&traces[1], false}};
+    const std::vector<VehiclePower> power{{&traces[0], false, own_light},
+                                          {&traces[1], false, own_light}};
     return estimate_vehicle(track, site, power).result;
   }
   static const MethodResult& delay_in(const VehicleResult& result) {
@@ -117,6 +119,16 @@ TEST_F(BesideACamera, OneAloneIsMeasuredByBoth) {
   EXPECT_EQ(result.method, Method::fused);
   EXPECT_LT(result.speed.std_mps, 0.2);  // 0.5 of the camera alone
   EXPECT_LT(std::abs(result.speed.speed_mps - 20.0), 4.0 * result.speed.std_mps);
+}
+
+// A wrong clock cuts the traces to another vehicle's time, and theirs is its motion.
+TEST_F(BesideACamera, LightThatTheVehiclesInViewDoNotExplainTellsNoDelay) {
+  const PowerTrace unexplained;
+  const VehicleResult result =
+      seen_with(traces_of({{20.0, kNear2_m2}}, random_), site_, &unexplained);
+  ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
+  EXPECT_EQ(result.method, Method::geometry_camera);
+  EXPECT_EQ(std::get<Miss>(delay_in(result).speed), Miss::several_vehicles);
 }
 
 TEST_F(BesideACamera, LampsThatPulseTellNoDelay) {
