@@ -14,6 +14,7 @@
 #include "optics/response.h"
 #include "pipelines/interrupt.h"
 #include "pipelines/progress.h"
+#include "pipelines/run_passes.h"
 #include "track/road_view.h"
 
 namespace vildar {
@@ -84,6 +85,7 @@ class Measuring {
       : options_(options),
         site_(site),
         traces_(traces),
+        passes_(traces.size() > 1 ? passes_of(traces) : std::vector<PowerPass>{}),
         tracks_(tracks),
         measurement_(measurement),
         measured_(RoadView(site).height_over_lamps_m()) {}
@@ -127,11 +129,12 @@ class Measuring {
     std::optional<SteadyView> steady;
   };
 
-  VehicleEstimate estimate_of(const Ended& one, std::span<const VehiclePower> power) const {
-    if (!one.steady) return estimate_vehicle(one.track, site_, power);
-    VehicleEstimate estimate = estimate_vehicle(one.steady->track, one.steady->site, power);
+  VehicleEstimate estimate_of(const Ended& one, std::span<const VehiclePower> power,
+                              const std::optional<OwnPass>& pass) const {
+    if (!one.steady) return estimate_vehicle(one.track, site_, power, pass);
+    VehicleEstimate estimate = estimate_vehicle(one.steady->track, one.steady->site, power, pass);
     // The lights may have misled: a vehicle that is not explained so may be as it was seen.
-    if (estimate.result.withheld) return estimate_vehicle(one.track, site_, power);
+    if (estimate.result.withheld) return estimate_vehicle(one.track, site_, power, pass);
     for (std::size_t i = 0; i < estimate.rows.size(); ++i)
       for (const auto lamp_of : {&VehicleSighting::left, &VehicleSighting::right}) {
         const auto& seen = one.track.sightings[i].*lamp_of;
@@ -147,9 +150,13 @@ class Measuring {
     const VehicleTrack& track = one.track;
     OfferedPower offered;
     const auto own = std::ranges::find(lit_, track.id, &LitVehicle::track_id);
-    if (own != lit_.end())
-      offered = offer_power(lit_, static_cast<std::size_t>(own - lit_.begin()), site_, traces_);
-    VehicleEstimate estimate = estimate_of(one, offered.power);
+    std::optional<OwnPass> pass;
+    if (own != lit_.end()) {
+      const auto index = static_cast<std::size_t>(own - lit_.begin());
+      offered = offer_power(lit_, index, site_, traces_);
+      if (auto found = own_pass(lit_, index, site_, traces_, passes_)) pass = {*found, traces_};
+    }
+    VehicleEstimate estimate = estimate_of(one, offered.power, pass);
     steps_.add(one.steady ? one.steady->track : track);
     if (offered.unexplained)
       estimate.result.warnings.push_back(
@@ -188,6 +195,7 @@ class Measuring {
   const RunOptions& options_;
   const Site& site_;
   std::span<const PowerTrace> traces_;
+  std::vector<PowerPass> passes_;  ///< of two photodiodes or more
   TracksWriter& tracks_;
   ClipMeasurement& measurement_;
   std::vector<Ended> waiting_;

@@ -8,30 +8,19 @@
 #include "pipelines/interrupt.h"
 
 namespace vildar {
-namespace {
 
-// Of one trace, photodiode clock.
-struct TracePasses {
-  const PowerTrace* trace = nullptr;
-  std::vector<PowerPass> passes;
-};
-
-// A dim or dead photodiode shows fewer than its neighbours.
-TracePasses most_passes(std::span<const PowerTrace> traces) {
-  TracePasses most;
+std::vector<PowerPass> passes_of(std::span<const PowerTrace> traces) {
+  std::vector<PowerPass> most;
   for (const PowerTrace& trace : traces) {
     std::vector<PowerPass> passes = find_passes(trace);
-    if (most.trace == nullptr || passes.size() > most.passes.size())
-      most = {&trace, std::move(passes)};
+    if (passes.size() > most.size()) most = std::move(passes);
   }
   return most;
 }
 
-}  // namespace
-
 std::vector<VehicleResult> measure_passes(const Site& site, std::span<const PowerTrace> traces) {
   std::vector<VehicleResult> vehicles;
-  for (const PowerPass& pass : most_passes(traces).passes) {
+  for (const PowerPass& pass : passes_of(traces)) {
     throw_if_interrupted();
     vehicles.push_back(estimate_pass(pass, static_cast<int>(vehicles.size()) + 1, site, traces));
   }
@@ -45,19 +34,17 @@ void note_unseen_passes(const Site& site, std::span<const PowerTrace> traces,
   // it, out of the camera's view.
   constexpr double kBefore_s = 1.0, kAfter_s = 5.0;
   if (traces.empty()) return;
-  const TracePasses found = most_passes(traces);
-  const auto index = static_cast<std::size_t>(found.trace->photodiode);
-  const double offset_s = site.photodiodes[index].time_offset_s.mean;
   std::int64_t unseen = 0;
-  for (const PowerPass& pass : found.passes) {
-    const double peak_s = pass.peak_s + offset_s;
+  for (const PowerPass& pass : passes_of(traces)) {
+    const PhotodiodeSite& photodiode = site.photodiodes[static_cast<std::size_t>(pass.photodiode)];
+    const double peak_s = pass.peak_s + photodiode.time_offset_s.mean;
     if (peak_s < 0.0 || peak_s > clip_end_s) continue;
     if (std::any_of(seen.begin(), seen.end(), [&](const VehicleResult& vehicle) {
           return peak_s > vehicle.t_first_s - kBefore_s && peak_s < vehicle.t_last_s + kAfter_s;
         }))
       continue;
     ++unseen;
-    summary.warnings.push_back(found.trace->photodiode_id + ": light as of a passing vehicle at " +
+    summary.warnings.push_back(photodiode.id + ": light as of a passing vehicle at " +
                                fixed_text(peak_s, 2) +
                                " s, but the camera saw none near that time; it has no speed, check "
                                "the camera's view");

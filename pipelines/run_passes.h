@@ -10,7 +10,11 @@
 
 namespace vildar {
 
-/// Every pass in the trace that shows most of them, measured by light alone and numbered from 1.
+/// Every pass in the trace that shows most of them: a dim or dead photodiode shows fewer than its
+/// neighbours. Photodiode clock.
+std::vector<PowerPass> passes_of(std::span<const PowerTrace> traces);
+
+/// Each of them measured by light alone, numbered from 1.
 std::vector<VehicleResult> measure_passes(const Site& site, std::span<const PowerTrace> traces);
 
 /// Counts and warns of passes, between clip times 0 and `clip_end_s`, at which no vehicle of the

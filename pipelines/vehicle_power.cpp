@@ -1,6 +1,7 @@
 #include "pipelines/vehicle_power.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/clock.h"
@@ -19,6 +20,52 @@ constexpr double kBefore_s = 0.5, kAfter_s = 4.0;
 // Before it is in view a vehicle shines for as long as makes a difference.
 constexpr double kComing_s = 2.0;
 constexpr double kForever = std::numeric_limits<double>::infinity();
+
+bool overlap(ClipInterval one, ClipInterval other) {
+  return one.from_s < other.to_s && other.from_s < one.to_s;
+}
+
+// When the light of a vehicle may end at a photodiode: where it drives past, or before that where a
+// view that does not reach so far aside loses it. Nothing where its way is not known.
+std::optional<ClipInterval> light_ends(const LitVehicle& lit, const PhotodiodeSite& photodiode) {
+  constexpr double kEarlier = 2.0;             // lamps fade before the rim
+  constexpr double kLeast = 0.5, kMost = 3.0;  // of its distance abeam
+  constexpr double kSlack_s = 0.1, kSigmas = 4.0;
+  if (!lit.way) return std::nullopt;
+  const double at_s = lit.in_view.to_s;
+  const MotionState last = lit.way->at(at_s);
+  if (!(last.over_ground_mps > 0.0)) return std::nullopt;
+  const double abeam_m = std::hypot(last.lateral_m - photodiode.position_m[1].mean,
+                                    lit.way->lamp_height_m() - photodiode.position_m[2].mean);
+  const double past_s =
+      at_s + (last.range_m - photodiode.position_m[0].mean) / last.over_ground_mps;
+  const double slack_s = kSlack_s + kSigmas * std::hypot(photodiode.time_offset_s.std,
+                                                         last.range_std_m / last.over_ground_mps);
+  const double ahead_m =
+      abeam_m * std::clamp(kEarlier / std::tan(photodiode.half_field_of_view_rad), kLeast, kMost);
+  return ClipInterval{past_s - ahead_m / last.over_ground_mps - slack_s, past_s + slack_s};
+}
+
+std::vector<PowerPass> passes_ending_with(const LitVehicle& lit, const Site& site,
+                                          std::span<const PowerPass> passes) {
+  std::vector<PowerPass> found;
+  for (const PowerPass& pass : passes) {
+    const PhotodiodeSite& photodiode = site.photodiodes[static_cast<std::size_t>(pass.photodiode)];
+    const double ends_s = pass.to_s + photodiode.time_offset_s.mean;
+    const auto ends = light_ends(lit, photodiode);
+    if (ends && ends_s > ends->from_s && ends_s < ends->to_s) found.push_back(pass);
+  }
+  return found;
+}
+
+// Whether a vehicle whose way is known passes the first photodiode while that is recorded.
+bool ends_on_record(const LitVehicle& lit, const Site& site, std::span<const PowerTrace> traces) {
+  const PowerTrace& trace = traces.front();
+  const PhotodiodeSite& photodiode = site.photodiodes[static_cast<std::size_t>(trace.photodiode)];
+  const auto ends = light_ends(lit, photodiode);
+  return ends && ends->from_s > trace.time_s.front() + photodiode.time_offset_s.mean &&
+         ends->to_s < trace.time_s.back() + photodiode.time_offset_s.mean;
+}
 
 }  // namespace
 
@@ -88,6 +135,36 @@ OfferedPower offer_power(std::span<const LitVehicle> lit, std::size_t own, const
     offered.power.push_back(power);
   }
   return offered;
+}
+
+std::optional<PowerPass> own_pass(std::span<const LitVehicle> lit, std::size_t own,
+                                  const Site& site, std::span<const PowerTrace> traces,
+                                  std::span<const PowerPass> passes) {
+  constexpr std::size_t kMostOdd = 3;  // one vehicle in so many
+  const auto shines = [](const LitVehicle& vehicle) {
+    return ClipInterval{vehicle.in_view.from_s - kBefore_s, vehicle.past_s};
+  };
+  bool in_company = false;
+  std::size_t expected = 0, odd = 0;
+  std::optional<PowerPass> found;
+  std::vector<PowerPass> of_others;
+  for (std::size_t i = 0; i < lit.size(); ++i) {
+    if (i != own && overlap(shines(lit[i]), shines(lit[own]))) {
+      if (!lit[i].way) return std::nullopt;
+      in_company = true;
+    }
+    const std::vector<PowerPass> ending = passes_ending_with(lit[i], site, passes);
+    if (i == own && ending.size() == 1) found = ending.front();
+    if (i != own) of_others.insert(of_others.end(), ending.begin(), ending.end());
+    if (!ends_on_record(lit[i], site, traces)) continue;
+    ++expected;
+    odd += ending.empty();
+  }
+  const auto is_found = [&](const PowerPass& pass) { return pass.to_s == found->to_s; };
+  if (!in_company || !found || found->cut_off || kMostOdd * odd > expected ||
+      std::ranges::any_of(of_others, is_found))
+    return std::nullopt;
+  return found;
 }
 
 std::optional<PowerTrace> alone_on_trace(const PowerTrace& trace, double time_offset_s,

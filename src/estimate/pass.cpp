@@ -11,8 +11,8 @@
 #include "estimate/lane_choice.h"
 #include "estimate/light_checks.h"
 #include "estimate/ml_speed.h"
+#include "estimate/pass_delay.h"
 #include "estimate/photodiode_speed.h"
-#include "estimate/power_blocks.h"
 #include "estimate/speed_gate.h"
 #include "estimate/vehicle.h"
 
@@ -48,60 +48,6 @@ Abreast abreast_of(const RoadSite& road, double receiver_y_m) {
   found.lateral_m = {receiver_y_m + (right ? -mean_m : mean_m),
                      std::sqrt(std::max(0.0, square_m2 / n - mean_m * mean_m))};
   return found;
-}
-
-bool dimmer(const PowerBlock& one, const PowerBlock& other) { return one.power_w < other.power_w; }
-
-double peak_w(const PowerTrace& trace, const PowerPass& pass) {
-  const auto begin = trace.time_s.begin();
-  const auto first = std::lower_bound(begin, trace.time_s.end(), pass.from_s) - begin;
-  const auto last = std::upper_bound(begin, trace.time_s.end(), pass.to_s) - begin;
-  double most_w = 0.0;
-  for (auto i = first; i < last; ++i)
-    most_w = std::max(
-        most_w, static_cast<double>(trace.power_w[static_cast<std::size_t>(i)]) - trace.ambient_w);
-  return most_w;
-}
-
-// `pass`, found in the light of any photodiode, as `trace` shows it. A vehicle leaves photodiodes
-// up the road earlier than those down the road, where the light of the one before it is still to be
-// seen when its own pass begins up the road.
-PowerPass as_seen_by(const PowerTrace& trace, PowerPass pass, const Site& site) {
-  constexpr double kBlock_s = 0.02;
-  if (trace.photodiode == pass.photodiode) return pass;
-  const auto along_m = [&site](int photodiode) {
-    return site.photodiodes.at(static_cast<std::size_t>(photodiode)).position_m[0].mean;
-  };
-  const bool earlier = along_m(trace.photodiode) > along_m(pass.photodiode);
-  const std::vector<PowerBlock> blocks =
-      block_means(trace, pass.from_s, pass.to_s, std::max(kBlock_s, trace.sample_period_s), 0.0);
-  const auto found = std::ranges::lower_bound(blocks, pass.peak_s, {}, &PowerBlock::time_s);
-  const auto peak = earlier ? std::max_element(blocks.begin(), found, dimmer)
-                            : std::max_element(found, blocks.end(), dimmer);
-  if (peak == blocks.end()) return pass;
-  if (std::abs(peak->time_s - pass.peak_s) > kBlock_s) pass.peak_s = peak->time_s;
-  if (earlier) return pass;
-  // From where the light of the one before it is gone.
-  const auto before = std::max_element(blocks.begin(), found, dimmer);
-  const auto lowest = std::min_element(before, peak, dimmer);
-  if (lowest != peak && lowest != before &&
-      lowest->power_w - trace.ambient_w < 0.5 * (before->power_w - trace.ambient_w))
-    pass.from_s = lowest->time_s;
-  return pass;
-}
-
-// The trace of this pass whose photodiode receives most, and so sees it best.
-const PowerTrace& brightest(std::span<const PowerTrace> traces, const PowerPass& pass) {
-  const PowerTrace* best = &traces.front();
-  double best_ratio = -1.0;
-  for (const PowerTrace& trace : traces) {
-    const double ratio = peak_w(trace, pass) / std::max(trace.noise_sigma_w, 1e-300);
-    if (ratio > best_ratio) {
-      best_ratio = ratio;
-      best = &trace;
-    }
-  }
-  return *best;
 }
 
 // The stretch of one trace in which the power laws hold, and what is known of it.
@@ -181,28 +127,11 @@ Found power_method(Method method, const Outcome<KnownLight>& light, PowerSeries 
   return found;
 }
 
-void widen_for_others(double share, SpeedEstimate& speed) {
-  constexpr double kTwoSided95 = 1.959963984540054;
-  speed.std_mps = std::hypot(speed.std_mps, others_std_mps(share, speed.speed_mps));
-  const double log_std = speed.std_mps / speed.speed_mps;
-  speed.lo95_mps = speed.speed_mps * std::exp(-kTwoSided95 * log_std);
-  speed.hi95_mps = speed.speed_mps * std::exp(kTwoSided95 * log_std);
-}
-
-Found delay_method(const PowerPass& pass, const Site& site, std::span<const PowerTrace> traces,
-                   double brightest_w, double offset_s, std::size_t lanes) {
-  std::vector<const PowerTrace*> all;
-  for (const PowerTrace& trace : traces) all.push_back(&trace);
-  const auto outcome = delay_speed(site, all, pass.from_s + offset_s, pass.to_s + offset_s);
+Found delay_method(const SeenPass& seen, const Site& site, std::span<const PowerTrace> traces,
+                   std::size_t lanes) {
+  const auto outcome = pass_delay(seen, site, traces, lanes);
   Found found{delay_row(outcome), {}, {}, {}};
   if (const auto* fit = std::get_if<DelayFit>(&outcome)) {
-    const double others_share = pass.others_w / brightest_w;
-    if (of_several(*fit, lanes, others_share)) {
-      found.row.speed = Miss::several_vehicles;
-      return found;
-    }
-    if (pass.others_w > 0.0)
-      widen_for_others(others_share, std::get<SpeedEstimate>(found.row.speed));
     found.acceleration_mps2 = fit->acceleration_mps2;
     found.chi2_per_dof = fit->chi2_per_dof;
   }
@@ -327,8 +256,9 @@ void warn_of_contradictions(VehicleResult& result) {
 VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site& site,
                             std::span<const PowerTrace> traces) {
   if (traces.empty()) throw std::invalid_argument("estimate_pass: no photodiode trace given");
-  const PowerTrace& trace = brightest(traces, found);
-  const PowerPass pass = as_seen_by(trace, found, site);
+  const SeenPass seen = best_seen(found, site, traces);
+  const PowerTrace& trace = *seen.trace;
+  const PowerPass& pass = seen.pass;
   const PhotodiodeSite& receiver = site.photodiodes.at(static_cast<std::size_t>(trace.photodiode));
   const Abreast abreast = abreast_of(site.road, receiver.position_m[1].mean);
   const LaneSite* lane = abreast.lane();
@@ -358,13 +288,12 @@ VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site&
   if (traces.size() > 1)
     methods.push_back(
         pulsed ? Found{{Method::delay_photodiodes, Miss::outside_model, 0, ""}, {}, {}, {}}
-               : delay_method(pass, site, traces, peak_w(trace, pass), offset_s,
-                              abreast.lanes.size()));
+               : delay_method(seen, site, traces, abreast.lanes.size()));
   stand_by_surest(methods, result);
   constexpr double kOthersMatter = 0.01;  // of the brightest light
   const bool of_the_site =
       result.withheld == Miss::no_scale || result.withheld == Miss::outside_model;
-  if (result.withheld && !of_the_site && pass.others_w > kOthersMatter * peak_w(trace, pass))
+  if (result.withheld && !of_the_site && pass.others_w > kOthersMatter * seen.peak_w)
     result.withheld = Miss::several_vehicles;
   if (!result.withheld && lane && !curved) result.lateral_m = lane->lateral_m.mean;
   warn_of_contradictions(result);

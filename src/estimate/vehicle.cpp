@@ -17,6 +17,7 @@
 #include "estimate/lamp_size.h"
 #include "estimate/light_checks.h"
 #include "estimate/mixture.h"
+#include "estimate/pass_delay.h"
 #include "estimate/speed_budget.h"
 #include "estimate/speed_gate.h"
 #include "estimate/trajectory.h"
@@ -228,34 +229,68 @@ bool of_strangers(const VehiclePower& offered) {
   return offered.own_light && offered.own_light->time_s.empty();
 }
 
-// Adds the method `delay_photodiodes`. The vehicle passes the photodiodes after the camera has lost
-// it, and may brake meanwhile: its speed is asked for in the time that the bearings tell of, but
-// for the end, into which such a change is smeared. The traces are those of the time in which it is
-// alone on them.
-Delay delay_of(const Site& site, std::span<const VehiclePower> power, const Trajectory* trajectory,
-               VehicleResult& result) {
-  constexpr double kBefore_s = 0.5, kPassing_s = 4.0, kSmear_s = 0.3;
+// By the light of its own pass, though others shine meanwhile. The vehicle passes the photodiodes
+// after the camera has lost it, and may brake meanwhile: its speed is asked for in the time that
+// the bearings tell of, but for the end, into which such a change is smeared.
+struct Asked {
+  double from_s = -INFINITY, to_s = INFINITY;
+};
+
+Delay delay_of_pass(const OwnPass& own, const Site& site, const Asked& asked, MethodResult& row) {
+  const SeenPass seen = best_seen(own.pass, site, own.traces);
+  Delay delay;
+  if (pulses(*seen.trace, seen.pass.from_s, seen.pass.peak_s)) {
+    delay.spoilt = Miss::outside_model;
+    return delay;
+  }
+  const auto outcome =
+      pass_delay(seen, site, own.traces, lanes_towards(site.road), asked.from_s, asked.to_s);
+  row = delay_row(outcome);
+  if (const Miss* miss = std::get_if<Miss>(&outcome); miss && *miss == Miss::several_vehicles)
+    delay.spoilt = *miss;
+  if (const auto* fit = std::get_if<DelayFit>(&outcome); fit && useful(fit->speed))
+    delay.fit = *fit;
+  return delay;
+}
+
+// By the traces of the time in which it is alone on them.
+Delay delay_alone(const Site& site, std::span<const VehiclePower> power, const Asked& asked,
+                  const VehicleResult& result, MethodResult& row) {
+  constexpr double kBefore_s = 0.5, kPassing_s = 4.0;
   std::vector<const PowerTrace*> traces;
   for (const VehiclePower& offered : power)
     if (!offered.shared) traces.push_back(offered.trace);
   const double from_s = result.t_first_s - kBefore_s, to_s = result.t_last_s + kPassing_s;
-  const auto outcome =
-      delay_speed(site, traces, from_s, to_s, trajectory ? trajectory->from_s : -INFINITY,
-                  trajectory ? trajectory->to_s - kSmear_s : INFINITY);
-  MethodResult row = delay_row(outcome);
-  const auto* fit = std::get_if<DelayFit>(&outcome);
+  const auto outcome = delay_speed(site, traces, from_s, to_s, asked.from_s, asked.to_s);
+  row = delay_row(outcome);
   if (traces.size() < power.size() && traces.size() < 2) row.speed = Miss::several_vehicles;
   Delay delay;
-  if (fit && std::ranges::any_of(power, of_strangers))
+  const auto* fit = std::get_if<DelayFit>(&outcome);
+  if (!fit) return delay;
+  if (std::ranges::any_of(power, of_strangers))
     delay = {{}, Miss::several_vehicles, true};
-  else if (fit && std::ranges::any_of(traces, [&](const PowerTrace* trace) {
+  else if (std::ranges::any_of(traces, [&](const PowerTrace* trace) {
              return pulses_by_its_peak(*trace, site, from_s, to_s);
            }))
     delay.spoilt = Miss::outside_model;
-  else if (fit && of_several(*fit, lanes_towards(site.road), 0.0))
+  else if (of_several(*fit, lanes_towards(site.road), 0.0))
     delay.spoilt = Miss::several_vehicles;
-  else if (fit && useful(fit->speed))
+  else if (useful(fit->speed))
     delay.fit = *fit;
+  return delay;
+}
+
+// Adds the method `delay_photodiodes`.
+Delay delay_of(const Site& site, std::span<const VehiclePower> power,
+               const std::optional<OwnPass>& own_pass, const Trajectory* trajectory,
+               VehicleResult& result) {
+  constexpr double kSmear_s = 0.3;
+  Asked asked;
+  if (trajectory) asked = {trajectory->from_s, trajectory->to_s - kSmear_s};
+  MethodResult row;
+  Delay delay = own_pass ? delay_of_pass(*own_pass, site, asked, row)
+                         : delay_alone(site, power, asked, result, row);
+  row.method = Method::delay_photodiodes;
   if (delay.spoilt) row.speed = *delay.spoilt;
   result.methods.push_back(row);
   return delay;
@@ -314,7 +349,8 @@ VehicleResult empty_result(const VehicleTrack& track) {
 }  // namespace
 
 VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
-                                 std::span<const VehiclePower> power) {
+                                 std::span<const VehiclePower> power,
+                                 const std::optional<OwnPass>& own_pass) {
   if (!site.camera) throw std::invalid_argument("estimate_vehicle: the site has no camera");
   const Camera camera(*site.camera);
   VehicleEstimate estimate;
@@ -346,7 +382,8 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
     if (!power.empty()) {
       for (MethodResult& row : photodiode_methods(track, site, power, trajectory))
         result.methods.push_back(std::move(row));
-      const Delay delay = power.size() > 1 ? delay_of(site, power, trajectory, result) : Delay{};
+      const Delay delay =
+          power.size() > 1 ? delay_of(site, power, own_pass, trajectory, result) : Delay{};
       if (delay.spoilt)
         leave_to_camera(delay, result);
       else if (trajectory && !result.withheld)

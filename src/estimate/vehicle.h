@@ -30,10 +30,20 @@ struct VehiclePower {
   const PowerTrace* own_light = nullptr;
 };
 
-/// Speed from the camera's bearings, from light, and from both. What the data do not determine is
-/// withheld with its reason. Throws std::invalid_argument where the site has no camera.
+/// The pass, in the light of any photodiode, that the camera's way of a vehicle says is its own;
+/// and the whole traces, which outlive the call.
+struct OwnPass {
+  PowerPass pass;
+  std::span<const PowerTrace> traces;
+};
+
+/// Speed from the camera's bearings, from light, and from both. The delay between photodiodes is
+/// that of `own_pass`, or without one that of the time in which the vehicle is alone on `power`.
+/// What the data do not determine is withheld with its reason. Throws std::invalid_argument where
+/// the site has no camera.
 VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
-                                 std::span<const VehiclePower> power);
+                                 std::span<const VehiclePower> power,
+                                 const std::optional<OwnPass>& own_pass = {});
 
 /// Takes the speed, its trajectories and what came with them out of `estimate`, and out of its
 /// results by `methods`; `warning` says why.

@@ -1,0 +1,103 @@
+#include "estimate/pass_delay.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimate/delay_light.h"
+#include "estimate/light_checks.h"
+#include "estimate/power_blocks.h"
+
+namespace vildar {
+namespace {
+
+bool dimmer(const PowerBlock& one, const PowerBlock& other) { return one.power_w < other.power_w; }
+
+double peak_w(const PowerTrace& trace, const PowerPass& pass) {
+  const auto begin = trace.time_s.begin();
+  const auto first = std::lower_bound(begin, trace.time_s.end(), pass.from_s) - begin;
+  const auto last = std::upper_bound(begin, trace.time_s.end(), pass.to_s) - begin;
+  double most_w = 0.0;
+  for (auto i = first; i < last; ++i)
+    most_w = std::max(
+        most_w, static_cast<double>(trace.power_w[static_cast<std::size_t>(i)]) - trace.ambient_w);
+  return most_w;
+}
+
+// `pass`, found in the light of any photodiode, as `trace` shows it. A vehicle leaves photodiodes
+// up the road earlier than those down the road, where the light of the one before it is still to be
+// seen when its own pass begins up the road.
+PowerPass as_seen_by(const PowerTrace& trace, PowerPass pass, const Site& site) {
+  constexpr double kBlock_s = 0.02;
+  if (trace.photodiode == pass.photodiode) return pass;
+  const auto along_m = [&site](int photodiode) {
+    return site.photodiodes.at(static_cast<std::size_t>(photodiode)).position_m[0].mean;
+  };
+  const bool earlier = along_m(trace.photodiode) > along_m(pass.photodiode);
+  const std::vector<PowerBlock> blocks =
+      block_means(trace, pass.from_s, pass.to_s, std::max(kBlock_s, trace.sample_period_s), 0.0);
+  const auto found = std::ranges::lower_bound(blocks, pass.peak_s, {}, &PowerBlock::time_s);
+  const auto peak = earlier ? std::max_element(blocks.begin(), found, dimmer)
+                            : std::max_element(found, blocks.end(), dimmer);
+  if (peak == blocks.end()) return pass;
+  if (std::abs(peak->time_s - pass.peak_s) > kBlock_s) pass.peak_s = peak->time_s;
+  if (earlier) return pass;
+  // From where the light of the one before it is gone.
+  const auto before = std::max_element(blocks.begin(), found, dimmer);
+  const auto lowest = std::min_element(before, peak, dimmer);
+  if (lowest != peak && lowest != before &&
+      lowest->power_w - trace.ambient_w < 0.5 * (before->power_w - trace.ambient_w))
+    pass.from_s = lowest->time_s;
+  return pass;
+}
+
+// The trace of this pass whose photodiode receives most, and so sees it best.
+const PowerTrace& brightest(std::span<const PowerTrace> traces, const PowerPass& pass) {
+  const PowerTrace* best = &traces.front();
+  double best_ratio = -1.0;
+  for (const PowerTrace& trace : traces) {
+    const double ratio = peak_w(trace, pass) / std::max(trace.noise_sigma_w, 1e-300);
+    if (ratio > best_ratio) {
+      best_ratio = ratio;
+      best = &trace;
+    }
+  }
+  return *best;
+}
+
+void widen_for_others(double share, DelayFit& fit) {
+  constexpr double kTwoSided95 = 1.959963984540054;
+  SpeedEstimate& speed = fit.speed;
+  const double others_mps = others_std_mps(share, speed.speed_mps);
+  fit.covariance(0, 0) += others_mps * others_mps;
+  speed.std_mps = std::hypot(speed.std_mps, others_mps);
+  const double log_std = speed.std_mps / speed.speed_mps;
+  speed.lo95_mps = speed.speed_mps * std::exp(-kTwoSided95 * log_std);
+  speed.hi95_mps = speed.speed_mps * std::exp(kTwoSided95 * log_std);
+}
+
+}  // namespace
+
+SeenPass best_seen(const PowerPass& found, const Site& site, std::span<const PowerTrace> traces) {
+  const PowerTrace& trace = brightest(traces, found);
+  const PowerPass pass = as_seen_by(trace, found, site);
+  return {&trace, pass, peak_w(trace, pass)};
+}
+
+Outcome<DelayFit> pass_delay(const SeenPass& seen, const Site& site,
+                             std::span<const PowerTrace> traces, std::size_t lanes,
+                             double asked_from_s, double asked_to_s) {
+  const double offset_s =
+      site.photodiodes.at(static_cast<std::size_t>(seen.trace->photodiode)).time_offset_s.mean;
+  std::vector<const PowerTrace*> all;
+  for (const PowerTrace& trace : traces) all.push_back(&trace);
+  auto outcome = delay_speed(site, all, seen.pass.from_s + offset_s, seen.pass.to_s + offset_s,
+                             asked_from_s, asked_to_s);
+  auto* fit = std::get_if<DelayFit>(&outcome);
+  if (!fit) return outcome;
+  const double others_share = seen.pass.others_w / seen.peak_w;
+  if (of_several(*fit, lanes, others_share)) return Miss::several_vehicles;
+  if (seen.pass.others_w > 0.0) widen_for_others(others_share, *fit);
+  return outcome;
+}
+
+}  // namespace vildar
