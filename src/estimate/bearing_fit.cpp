@@ -48,7 +48,13 @@ NominalSizes nominal_sizes(const GeometryProblem& problem) {
 Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView& view,
                                      const RoadSite& road, const EgoMotion& ego) {
   const NominalSizes sizes = nominal_sizes(problem);
-  const auto paths = rough_paths(view, problem.setting, sizes);
+  auto paths = rough_paths(view, problem.setting, sizes);
+  // From low down one lamp may be seen above where the horizon is told to be.
+  for (const LaneSite& lane : paths.empty() ? road.lanes : std::vector<LaneSite>{}) {
+    NominalSizes in_lane = sizes;
+    in_lane.lateral_m = lane.lateral_m.mean - problem.setting.camera_m.y();
+    std::ranges::move(rough_paths(view, problem.setting, in_lane), std::back_inserter(paths));
+  }
   if (paths.empty()) return Miss::not_on_road;
   problem.reference_s = reference_time_s(paths.front());
   const OwnWay own = ego.own_way(problem.reference_s);

@@ -168,6 +168,19 @@ RoadView::DepthFit RoadView::fit_depth(double slope_down, double wanted, double 
           std::hypot(sigma_ln, from_slope_ln)};
 }
 
+Eigen::Vector2d RoadView::bearing(const Eigen::Vector2d& spot_px) const {
+  const Eigen::Vector3d ray_road =
+      camera_.camera_from_road().transpose() * Eigen::Vector3d(spot_px.x(), spot_px.y(), focal_px_);
+  return ray_road.tail<2>() / ray_road.x();
+}
+
+std::vector<double> RoadView::lane_centres_m(Direction direction) const {
+  std::vector<double> centres_m;
+  for (const LaneSite& lane : site_.road.lanes)
+    if (lane.direction == direction) centres_m.push_back(lane.lateral_m.mean);
+  return centres_m;
+}
+
 RoadPosition RoadView::road_at(const Eigen::Vector2d& spot_px, double inverse_depth_per_m) const {
   const Eigen::Vector3d ray_camera(spot_px.x() / focal_px_, spot_px.y() / focal_px_, 1.0);
   const Eigen::Vector3d point_m = camera_.position_m() + camera_.camera_from_road().transpose() *

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -50,6 +51,8 @@ class RoadView {
   PairFit fit_pair(const Eigen::Vector2d& left_px, const Eigen::Vector2d& right_px,
                    double sigma_px) const;
 
+  /// How far to the left of straight ahead a spot is seen, and how far up, over depth.
+  Eigen::Vector2d bearing(const Eigen::Vector2d& spot_px) const;
   /// Road position of a lamp seen at a spot with a given inverse depth (1/m).
   RoadPosition road_at(const Eigen::Vector2d& spot_px, double inverse_depth_per_m) const;
   /// Where a lamp at lamp height falls; nothing behind the camera.
@@ -65,6 +68,11 @@ class RoadView {
   double ego_speed_mps(double time_s) const { return ego_.speed_mps(time_s); }
   bool moving_sensor() const { return ego_.moving(); }
 
+  bool bends() const { return site_.road.kind == RoadKind::curved; }
+  std::vector<double> lane_centres_m(Direction direction) const;
+  double camera_lateral_m() const { return camera_.position_m().y(); }
+  double camera_height_m() const { return camera_.position_m().z(); }
+  double yaw_sigma_rad() const { return site_.camera->yaw_rad.std; }
   double focal_px() const { return focal_px_; }
   double lamp_height_m() const { return lamp_height_m_; }
   double separation_m() const { return separation_m_; }

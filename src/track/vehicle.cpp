@@ -7,6 +7,7 @@
 #include "track/lamp_way.h"
 #include "track/lone_course.h"
 #include "track/lone_light.h"
+#include "track/lone_oncoming.h"
 #include "track/lone_parts.h"
 
 namespace vildar {
@@ -332,30 +333,33 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   light.lamps_clip = lights.usually_clips(lamp.kind());
   if (const auto typical = lights.typical(lamp.kind()))
     light.strength_ln = median(strengths) - *typical;
+  const bool comes = view.moving_sensor() && lamp.kind() == LampKind::headlamp &&
+                     comes_in_a_lane(lamp.records, view);
   if (too_faint(strengths, clipped_share, lamp.kind(), lights, 0.0, kFaintSingle) ||
-      2 * below < held || lone_lamp_log_odds(light) < kSureLogOdds)
+      (!comes && 2 * below < held) || lone_lamp_log_odds(light) < kSureLogOdds)
     return Verdict::undecided;
   const double closing_mps = -slope_of(times_s, along_m);
-  const double moved_m = std::abs(closing_mps) * (times_s.back() - times_s.front());
-  if (view.moving_sensor()) {
-    // A standing light at another height seems to move; only a lane tells it from a vehicle.
-    if (!view.off_lane_centre_m(0.0)) return Verdict::undecided;
-    const double ego_mps = view.ego_speed_mps(times_s.front());
-    const double doubt_mps = kSlow_mps + kSpeedSigmas * median(doubts) * std::abs(closing_mps);
-    if (std::abs(closing_mps - ego_mps) < doubt_mps) return Verdict::static_light;
-  } else if (moved_m < kMoved_m || lamp.wandered_px() < kMoved_px) {
-    return Verdict::static_light;
+  const double ego_mps = view.ego_speed_mps(times_s.front());
+  if (!comes) {
+    const double moved_m = std::abs(closing_mps) * (times_s.back() - times_s.front());
+    if (view.moving_sensor()) {
+      // A standing light at another height seems to move; only a lane tells it from a vehicle.
+      if (!view.off_lane_centre_m(0.0)) return Verdict::undecided;
+      const double doubt_mps = kSlow_mps + kSpeedSigmas * median(doubts) * std::abs(closing_mps);
+      if (std::abs(closing_mps - ego_mps) < doubt_mps) return Verdict::static_light;
+    } else if (moved_m < kMoved_m || lamp.wandered_px() < kMoved_px) {
+      return Verdict::static_light;
+    }
+    if (beside_the_road(laterals_m, lateral_sigmas_m, view)) return Verdict::off_road;
   }
-  if (beside_the_road(laterals_m, lateral_sigmas_m, view)) return Verdict::off_road;
 
   track.kind = lamp.kind();
   track.direction = track.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;
   track.single_lamp = true;
   track.ambiguous_identity = lamp.doubtful_at && *lamp.doubtful_at >= lamp.records.front().time;
-  const double ego_mps = view.ego_speed_mps(times_s.front());
-  track.direction_contradicts = track.direction == Direction::oncoming
-                                    ? closing_mps + kSlow_mps < ego_mps
-                                    : closing_mps - kSlow_mps > ego_mps;
+  track.direction_contradicts =
+      !comes && (track.direction == Direction::oncoming ? closing_mps + kSlow_mps < ego_mps
+                                                        : closing_mps - kSlow_mps > ego_mps);
   if (view.moving_sensor() && track.direction_contradicts) return Verdict::undecided;
   return Verdict::vehicle;
 }

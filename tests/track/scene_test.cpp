@@ -255,6 +255,40 @@ TEST(TrackScene, AVehicleThatWaitsAndGoesIsReported) {
   expect_each_car_once(outcome, 1, 0.9);
 }
 
+Scene low_dashcam(double pitched_deg) {
+  Scene made = dashcam(14.0);
+  made.site.road.lanes = {{"own", {0.0, 0.0}, 3.5, Direction::receding},
+                          {"opp", {3.5, 0.0}, 3.5, Direction::oncoming}};
+  made.told = made.site;
+  made.told->camera->pitch_rad.mean += radians_from_degrees(pitched_deg);
+  return made;
+}
+
+// Its elevation tells nothing 0.4 m under a camera that is pitched otherwise than the site says.
+TEST(TrackScene, ALoneLampInAnOncomingLaneIsAVehicleBeforeADashcam) {
+  for (const double speed_mps : {-4.0, -12.0, -20.0})
+    for (const double off_deg : {-0.4, 0.0, 0.4}) {
+      Scene made = low_dashcam(off_deg);
+      made.cars = {car(90, 3.6, speed_mps)};
+      made.cars[0].single = true;
+      made.cars[0].height_m = 0.9;
+      const auto outcome = scene::run(made);
+      ASSERT_EQ(outcome.tracks.size(), 1U) << speed_mps << " " << off_deg;
+      EXPECT_TRUE(outcome.tracks[0].single_lamp);
+      EXPECT_EQ(outcome.tracks[0].direction, Direction::oncoming);
+      EXPECT_GE(outcome.recall(0), 0.9);
+    }
+}
+
+TEST(TrackScene, ALightBesideTheRoadIsNoLoneLampBeforeADashcam) {
+  for (const double aside_m : {-4.5, 6.5, 8.0})
+    for (const double off_deg : {-0.4, 0.0, 0.4}) {
+      Scene made = low_dashcam(off_deg);
+      made.street_lamps = {{70.0, aside_m, 0.9}};
+      EXPECT_TRUE(scene::run(made).tracks.empty()) << aside_m << " " << off_deg;
+    }
+}
+
 TEST(TrackScene, NothingButStreetLampsAndClutterIsNoVehicle) {
   for (const bool low : {false, true}) {
     Scene made = low ? dashcam(12.0) : mast();

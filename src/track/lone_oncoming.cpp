@@ -1,0 +1,138 @@
+#include "track/lone_oncoming.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include <Eigen/Cholesky>
+
+#include "core/quantity.h"
+
+namespace vildar {
+namespace {
+
+// Where a light would stand that the camera drives by, from the camera.
+struct StandingPlace {
+  double aside_m = 0.0, aside_sigma_m = 0.0;  ///< to the left
+  double above_m = 0.0, above_sigma_m = 0.0;
+};
+
+struct Look {
+  double driven_m;          ///< by the camera, until the last look
+  Eigen::Vector2d bearing;  ///< left and up, over depth
+};
+
+std::vector<Look> looks_of(const std::vector<LampRecord>& records, const RoadView& view) {
+  std::vector<Look> looks(records.size());
+  double driven_m = 0.0;
+  for (std::size_t i = records.size(); i-- > 0;) {
+    const double time_s = seconds_of(records[i].time);
+    if (i + 1 < records.size()) {
+      const double later_s = seconds_of(records[i + 1].time);
+      driven_m += (later_s - time_s) * view.ego_speed_mps(0.5 * (time_s + later_s));
+    }
+    looks[i] = {driven_m, view.bearing(records[i].at_px)};
+  }
+  return looks;
+}
+
+// One bearing over all looks as place / depth + an offset that is nought but for `offset_sigma`.
+struct Line {
+  double place_m = 0.0, place_sigma_m = 0.0, chi2 = 0.0;
+};
+
+Line line_through(const std::vector<Look>& looks, int axis, double last_m, double sigma,
+                  double offset_sigma) {
+  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+  information(1, 1) = std::pow(offset_sigma, -2);
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  const double weight = 1.0 / (sigma * sigma);
+  for (const Look& look : looks) {
+    const Eigen::Vector2d slope(1.0 / (last_m + look.driven_m), 1.0);
+    information += weight * slope * slope.transpose();
+    sum += weight * look.bearing[axis] * slope;
+  }
+  const Eigen::Matrix2d covariance = information.inverse();
+  const Eigen::Vector2d at = covariance * sum;
+  Line line{at[0], std::sqrt(covariance(0, 0)), std::pow(at[1] / offset_sigma, 2)};
+  for (const Look& look : looks) {
+    const double off = look.bearing[axis] - at[0] / (last_m + look.driven_m) - at[1];
+    line.chi2 += weight * off * off;
+  }
+  return line;
+}
+
+// The distance at the last look by which a standing light explains its way best.
+StandingPlace standing_place(const std::vector<Look>& looks, const RoadView& view) {
+  constexpr double kSigma_px = 2.0, kFramesAlike = 4.0;
+  constexpr double kNearest_m = 1.0, kFarthest_m = 200.0;
+  constexpr int kSteps = 200;
+  const double kSway_rad = radians_from_degrees(0.5);  // of a camera that drives
+  const double sigma = kSigma_px * std::sqrt(kFramesAlike) / view.focal_px();
+  const double step = std::log(kFarthest_m / kNearest_m) / kSteps;
+  StandingPlace place;
+  std::vector<double> chi2;
+  std::size_t best = 0;
+  const auto lines_at = [&](std::size_t i) {
+    const double last_m = kNearest_m * std::exp(step * static_cast<double>(i));
+    return std::array{
+        line_through(looks, 0, last_m, sigma, std::hypot(view.yaw_sigma_rad(), kSway_rad)),
+        line_through(looks, 1, last_m, sigma, std::hypot(view.slope_sigma(0.0), kSway_rad))};
+  };
+  for (std::size_t i = 0; i <= kSteps; ++i) {
+    const auto lines = lines_at(i);
+    chi2.push_back(lines[0].chi2 + lines[1].chi2);
+    if (chi2[i] < chi2[best]) best = i;
+  }
+  const auto [aside, above] = lines_at(best);
+  const double scatter = std::sqrt(
+      std::max(1.0, chi2[best] / std::max(1.0, 2.0 * static_cast<double>(looks.size()) - 3.0)));
+  // The profile rises by one where the distance is one sigma off.
+  std::size_t from = best, to = best;
+  while (from > 0 && chi2[from] < chi2[best] + scatter * scatter) --from;
+  while (to < kSteps && chi2[to] < chi2[best] + scatter * scatter) ++to;
+  const double distance_sigma_ln = 0.5 * step * static_cast<double>(to - from);
+  place.aside_m = aside.place_m;
+  place.aside_sigma_m =
+      std::hypot(scatter * aside.place_sigma_m, aside.place_m * distance_sigma_ln);
+  place.above_m = above.place_m;
+  place.above_sigma_m =
+      std::hypot(scatter * above.place_sigma_m, above.place_m * distance_sigma_ln);
+  return place;
+}
+
+}  // namespace
+
+bool comes_in_a_lane(const std::vector<LampRecord>& records, const RoadView& view) {
+  constexpr double kSigmas = 2.5, kKerb_m = 0.5;
+  constexpr double kSlowest_mps = 3.0, kFastest_mps = 70.0;
+  constexpr double kLowest_m = 0.3, kHighest_m = 1.6;  // lamps of anything that drives
+  constexpr double kWithinLane_m = 0.6;
+  if (records.size() < 8 || view.bends()) return false;
+  const std::vector<Look> looks = looks_of(records, view);
+  const StandingPlace place = standing_place(looks, view);
+  const double camera_m = view.camera_lateral_m();
+  for (const double side : {-1.0, 1.0})
+    if (view.beyond_lanes_m(camera_m + place.aside_m +
+                            side * (kSigmas * place.aside_sigma_m + kKerb_m)) > 0.0)
+      return false;
+  const double ego_mps =
+      looks.front().driven_m / (seconds_of(records.back().time) - seconds_of(records.front().time));
+  for (const double lane_m : view.lane_centres_m(Direction::oncoming)) {
+    const double aside_m = lane_m - camera_m;
+    const double times = aside_m / place.aside_m;  // as fast as the camera comes nearer
+    const double times_sigma =
+        std::abs(times) * std::hypot(place.aside_sigma_m / place.aside_m, kWithinLane_m / aside_m);
+    const double drives_mps = ego_mps * (times - 1.0), sigma_mps = ego_mps * times_sigma;
+    const double up_m = view.camera_height_m() + times * place.above_m;
+    const double slack_m =
+        kSigmas * std::hypot(times * place.above_sigma_m, times_sigma * place.above_m);
+    if (drives_mps > std::max(kSlowest_mps, sigma_mps) && drives_mps < kFastest_mps &&
+        up_m + slack_m > kLowest_m && up_m - slack_m < kHighest_m)
+      return true;
+  }
+  return false;
+}
+
+}  // namespace vildar

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <vector>
+
+#include "track/lamp.h"
+#include "track/road_view.h"
+
+namespace vildar {
+
+/// Before a camera that drives along a straight road: whether a light cannot stand, for it would
+/// stand on the carriageway, and moves through the picture as a headlamp would in an oncoming lane.
+/// Elevation tells little from low down; how a light swells from the vanishing point tells where it
+/// would stand, the camera's own speed being known.
+bool comes_in_a_lane(const std::vector<LampRecord>& records, const RoadView& view);
+
+}  // namespace vildar
