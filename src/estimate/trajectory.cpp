@@ -96,10 +96,16 @@ double best_time_s(const Trajectory& trajectory, double from_s, double to_s) {
   // The common scale is the same share of every speed, so what differs is the shape: the smallest
   // absolute sigma of speed over scale.
   constexpr int kSteps = 32;
+  constexpr double kDrives = 0.3;  // of its highest speed: one that stops is asked for before
+  const auto time_at = [&](int i) { return from_s + (to_s - from_s) * i / kSteps; };
+  const auto speed_at = [&](int i) { return std::abs(trajectory.at(time_at(i)).over_ground_mps); };
+  double highest_mps = 0.0;
+  for (int i = 0; i <= kSteps; ++i) highest_mps = std::max(highest_mps, speed_at(i));
   double best_s = 0.5 * (from_s + to_s), least = INFINITY;
   const PathMatrix& covariance = trajectory.fit.covariance;
   for (int i = 0; i <= kSteps; ++i) {
-    const double time_s = from_s + (to_s - from_s) * i / kSteps;
+    if (speed_at(i) < kDrives * highest_mps) continue;
+    const double time_s = time_at(i);
     const double tau_s = time_s - trajectory.problem.reference_s;
     PathVector rate = PathVector::Zero();
     rate[kClosingRate] = 1.0;

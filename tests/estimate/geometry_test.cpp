@@ -242,6 +242,23 @@ TEST(Geometry, DoubtsOfTheTrackAreKept) {
   EXPECT_FALSE(estimate.rows.front().range_m);
 }
 
+// It stands 20 m off for two seconds, where its speed, nought, is known best of all.
+TEST(Geometry, AVehicleThatStopsHasASpeedOfWhenItDrove) {
+  Vehicle stops = kTypical;
+  stops.speed_mps = 12.0;
+  stops.along_m = 44.0;
+  stops.acceleration_mps2 = -3.0;
+  stops.changes = {{4.0, 3.0}};
+  View view{.to_s = 6.0};
+  Random random(2);
+  const auto result =
+      estimate_vehicle(track_of(stops, mast_site(4.0), view, random), mast_site(4.0), {}).result;
+  ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
+  const double truth_mps = stops.speed_at_mps(result.speed.time_s);
+  EXPECT_GT(truth_mps, 3.0);
+  EXPECT_NEAR(result.speed.speed_mps, truth_mps, 3.0 * result.speed.std_mps);
+}
+
 TEST(Geometry, JumpingCentroidsAreNoFit) {
   View view = kNoiseless;
   view.shake_px = 30.0;
