@@ -81,6 +81,9 @@ double carried_mps(const PowerSeries& series, const PowerCase& known,
   for (const int side : {0, 1}) {
     PowerCase shifted = known;
     shift(shifted, side == 0 ? -1.0 : 1.0);
+    const PowerLaw& law = shifted.law;
+    if (!(law.path_loss_exponent > 0.0 && law.gain_w > 0.0 && std::isfinite(law.gain_w)))
+      return INFINITY;  // what the site says of the law leaves none
     const auto outcome = paper_fit(series, shifted);
     const PaperFit* fit = std::get_if<PaperFit>(&outcome);
     if (!fit) return INFINITY;

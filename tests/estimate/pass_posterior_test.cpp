@@ -117,5 +117,14 @@ TEST(PassPosterior, OneSigmaCoversTheSpeedAboutTwoTimesInThree) {
   EXPECT_NEAR(covered / static_cast<double>(kTrials), 0.683, kSlack);
 }
 
+// One sigma less of the exponent, or more of ln K, is no law any more.
+TEST(PowerSpeed, ALawThatTheSiteLeavesOpenGivesNoSpeed) {
+  PowerCase exponent = case_of(), gain = case_of();
+  exponent.exponent_std = 2.0;
+  gain.log_gain_std = 1e3;
+  for (const PowerCase& known : {exponent, gain})
+    EXPECT_EQ(std::get<Miss>(power_speed(light_of(1, 0.0), known)), Miss::too_uncertain);
+}
+
 }  // namespace
 }  // namespace vildar
