@@ -152,6 +152,19 @@ bool overlap(const std::vector<PowerBlock>& one, const std::vector<PowerBlock>& 
   return both_s >= 0.5 * shorter_s;
 }
 
+// Whether both saw about as much light at most: one that goes blind meanwhile did not.
+bool as_bright(const DelayProblem& problem) {
+  constexpr double kMostApart_ln = 1.5;
+  const auto most_w = [](const DelaySide& side) {
+    double most = 0.0;
+    for (const PowerBlock& block : side.blocks)
+      most = std::max(most, block.power_w - side.ambient_w.mean);
+    return most;
+  };
+  const double apart = std::log(most_w(problem.far) / most_w(problem.near));
+  return std::abs(apart - problem.log_ratio.mean) < kMostApart_ln + 3.0 * problem.log_ratio.std;
+}
+
 // From the path of the lamps of the farthest lane: of several any may be the vehicle's.
 double perpendicular_m(const Site& site, const PhotodiodeSite& receiver) {
   constexpr double kRoadside_m = 4.0;  // where no lane is given
@@ -196,7 +209,8 @@ Outcome<DelayProblem> delay_problem(const Site& site, const PowerTrace& one,
     if (const Miss* miss = std::get_if<Miss>(&found)) return *miss;
     *side = std::get<DelaySide>(std::move(found));
   }
-  if (!overlap(problem.near.blocks, problem.far.blocks)) return Miss::bad_fit;
+  if (!overlap(problem.near.blocks, problem.far.blocks) || !as_bright(problem))
+    return Miss::bad_fit;
   return problem;
 }
 

@@ -11,7 +11,8 @@ namespace vildar {
 /// does.
 /// Misses: outside_model (not a straight road, or the two do not stand alike: more than 5 cm apart
 /// in height or sideways, or turned apart), no_scale (less than 10 cm apart along the road),
-/// too_few_samples, below_noise, bad_fit (edges leave the two different stretches of the light).
+/// too_few_samples, below_noise, bad_fit (edges leave the two different stretches of the light, or
+/// one saw far less of it).
 Outcome<DelayProblem> delay_problem(const Site& site, const PowerTrace& one,
                                     const PowerTrace& other, double from_s, double to_s,
                                     bool to_peak);
