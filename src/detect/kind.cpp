@@ -1,6 +1,7 @@
 #include "detect/kind.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "detect/run_scan.h"
 #include "optics/lamp_colour.h"
@@ -28,7 +29,7 @@ RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, in
   const LumaView& luma = frame.luma;
   const int u_from = std::max(box.u_min - 2, 0), u_to = std::min(box.u_max + 2, luma.width_px - 1);
   const int v_from = std::max(box.v_min - 2, 0), v_to = std::min(box.v_max + 2, luma.height_px - 1);
-  std::int64_t n = 0, cr_codes = 0, cb_codes = 0;
+  std::int64_t n = 0, cr_codes = 0, cb_codes = 0, luma_codes = 0;
   for (int v = v_from; v <= v_to; ++v) {
     const PixelRun row{v, u_from, u_to + 1};
     if (brightest_of(luma, row) < level_code) continue;
@@ -36,6 +37,7 @@ RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, in
       if (code < level_code || code >= clip_code) return;
       cr_codes += chroma.cr_code(u, v);
       cb_codes += chroma.cb_code(u, v);
+      luma_codes += code;
       ++n;
     });
   }
@@ -45,23 +47,42 @@ RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, in
     return static_cast<double>(2 * codes - (n << chroma.bit_depth)) / (2.0 * scale) /
            static_cast<double>(n);
   };
-  return {true, mean_fraction(cr_codes), mean_fraction(cb_codes)};
+  return {true, mean_fraction(cr_codes), mean_fraction(cb_codes),
+          static_cast<double>(luma_codes) / static_cast<double>(n)};
 }
 
-bool like_a_lamp(const Peak& peak, const Measured& light, double peak_linear, double red_log_odds) {
+RimColour own_colour(const RimColour& rim, int background_code, int clip_code) {
+  constexpr double kBright = 0.4, kDimmest = 0.2;
+  constexpr double kChance = 0.01, kLampsDiffer = 0.1;  // of a colour difference
+  if (!rim.known) return rim;
+  const double share =
+      std::clamp((rim.luma_code - background_code) / (kBright * clip_code), kDimmest, 1.0);
+  const double chance2 = std::pow(kChance / share, 2) - kChance * kChance;
+  const double gain = kLampsDiffer * kLampsDiffer / (kLampsDiffer * kLampsDiffer + chance2) / share;
+  return {true, gain * rim.cr, gain * rim.cb, rim.luma_code};
+}
+
+double px_per_usual(const LumaView& luma) {
+  constexpr double kUsual_px = 1920.0;
+  return std::max(1.0, std::max(luma.width_px, luma.height_px) / kUsual_px);
+}
+
+bool like_a_lamp(const Peak& peak, const Measured& light, double peak_linear, double red_log_odds,
+                 double per_usual) {
   const bool clipped = peak.clipped_px > 0;
   if (clipped && peak.head) return true;  // about it there may be nothing but what clips as well
   double contrast = clipped ? kLeastContrastClipped : kLeastContrast;
   if (red_log_odds > kSurelyRed) contrast = kLeastContrastRed;
   if (peak_linear < contrast * light.background) return false;
-  if (light.spread_px.maxCoeff() > kWideSpread_px && peak_linear < kWideLeastPeak) return false;
+  if (light.spread_px.maxCoeff() > kWideSpread_px * per_usual && peak_linear < kWideLeastPeak)
+    return false;
   return clipped || light.elongation <= kMostElongation;
 }
 
-LampKind kind_of(const Peak& peak, const Measured& light, double peak_linear,
-                 const RimColour& rim) {
+LampKind kind_of(const Peak& peak, const Measured& light, double peak_linear, const RimColour& rim,
+                 double per_usual) {
   const double red_log_odds = rim.known ? tail_lamp_log_odds(rim.cr, rim.cb) : 0.0;
-  if (!like_a_lamp(peak, light, peak_linear, red_log_odds)) return LampKind::other;
+  if (!like_a_lamp(peak, light, peak_linear, red_log_odds, per_usual)) return LampKind::other;
   return red_log_odds > 0.0 ? LampKind::taillamp : LampKind::headlamp;
 }
 

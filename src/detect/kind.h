@@ -9,17 +9,28 @@ struct RimColour {
   bool known = false;
   double cr = 0.0;
   double cb = 0.0;
+  double luma_code = 0.0;  ///< mean
 };
 
 /// Colour of the unclipped pixels in and around `box` that are at least `level_code`; unknown for
 /// grey frames and where there is no such pixel.
 RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, int clip_code);
 
+/// The colour of a dim light as it would be were it bright: colour differences grow with the luma
+/// by which a light outshines its surroundings, `background_code`, up to 0.4 of `clip_code`. What
+/// coding leaves to chance is not enlarged as much.
+RimColour own_colour(const RimColour& rim, int background_code, int clip_code);
+
+/// A picture's pixels along a line beside those of one 1920 px wide; 1 for coarser ones.
+double px_per_usual(const LumaView& luma);
+
 /// Whether a peak is as sharp, and as bright (linear) against the light around it, as a lamp is;
-/// one that is red needs to outshine it less.
-bool like_a_lamp(const Peak& peak, const Measured& light, double peak_linear, double red_log_odds);
+/// one that is red needs to outshine it less. `per_usual`: see px_per_usual().
+bool like_a_lamp(const Peak& peak, const Measured& light, double peak_linear, double red_log_odds,
+                 double per_usual);
 
 /// What a light is, from one frame: `other` where it is not as sharp a peak as a lamp is.
-LampKind kind_of(const Peak& peak, const Measured& light, double peak_linear, const RimColour& rim);
+LampKind kind_of(const Peak& peak, const Measured& light, double peak_linear, const RimColour& rim,
+                 double per_usual);
 
 }  // namespace vildar

@@ -330,7 +330,8 @@ std::vector<Measured>& Photometer::measure(const LumaView& luma, const PeakFinde
     lights_.push_back(first_guess(luma, finder.pixels(peak), peak, scale));
   for (std::size_t i = 0; i < peaks.size(); ++i) {
     find_background(luma, scale, lights_[i]);
-    lights_[i].lamp_like = like_a_lamp(peaks[i], lights_[i], scale.linear[peaks[i].peak_code], 0.0);
+    lights_[i].lamp_like = like_a_lamp(peaks[i], lights_[i], scale.linear[peaks[i].peak_code], 0.0,
+                                       px_per_usual(luma));
     if (!lights_[i].lamp_like) {
       sum_pixels(luma, finder.pixels(peaks[i]), scale, lights_[i]);
       continue;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Minus twice the log likelihood of a missed lamp (1 in 10) and of a new light at the spot (1e-4
-// per px^2), on the scale of chi2 + log_det of a match.
+// per px^2 of a picture 1920 px wide), on the scale of chi2 + log_det of a match.
 constexpr double kUnassigned = 19.0;
 
 struct Link {
@@ -173,7 +173,9 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
   return shift_px;
 }
 
-Association associate(const Lamps& lamps, const std::vector<Spot>& spots, double gate_chi2) {
+Association associate(const Lamps& lamps, const std::vector<Spot>& spots, double gate_chi2,
+                      double px_per_usual) {
+  const double unassigned = kUnassigned + 4.0 * std::log(px_per_usual);
   const std::vector<Link> links = links_within_gate(lamps, spots, gate_chi2);
   const int lamp_count = static_cast<int>(lamps.size());
   // Lights that share no spot are assigned apart: the problems stay small.
@@ -209,7 +211,7 @@ Association associate(const Lamps& lamps, const std::vector<Spot>& spots, double
     };
     for (const Link& link : group)
       cost(place_of(rows, link.lamp), place_of(columns, link.spot)) = link.cost;
-    const auto assigned = assign_rows(cost, kUnassigned);
+    const auto assigned = assign_rows(cost, unassigned);
     for (std::size_t row = 0; row < rows.size(); ++row)
       if (assigned[row]) {
         const int spot = columns[*assigned[row]];

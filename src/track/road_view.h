@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -74,6 +75,10 @@ class RoadView {
   double camera_height_m() const { return camera_.position_m().z(); }
   double yaw_sigma_rad() const { return site_.camera->yaw_rad.std; }
   double focal_px() const { return focal_px_; }
+  /// Its pixels along a line beside those of a picture 1920 px wide; 1 for coarser ones.
+  double px_per_usual() const {
+    return std::max(1.0, std::max(site_.camera->width_px, site_.camera->height_px) / 1920.0);
+  }
   double lamp_height_m() const { return lamp_height_m_; }
   double separation_m() const { return separation_m_; }
   double height_over_lamps_m() const { return camera_.position_m().z() - lamp_height_m_; }

@@ -79,8 +79,8 @@ struct Blob {
   PixelBox box;
   /// Standard deviation of the light about the centre along the image axes, px.
   Eigen::Vector2d spread_px = Eigen::Vector2d::Zero();
-  /// Mean Cr and Cb of the blob's rim (where luma does not clip), fractions in [-0.5, 0.5]; 0 for
-  /// grey clips.
+  /// Mean Cr and Cb of the blob's rim (where luma does not clip), fractions in [-0.5, 0.5], of a dim
+  /// light as were it bright (own_colour()); 0 for grey clips.
   double cr = 0.0;
   double cb = 0.0;
   /// (row + 0.5) / rows - 0.5 in readout order, for the rolling shutter.

@@ -59,14 +59,14 @@ TEST(Kind, RedLightsNeedToOutshineLess) {
   light.spread_px.setConstant(1.8);
   light.elongation = 1.1;
   const Peak peak;
-  const RimColour red{true, 0.2, -0.05}, grey{true, 0.0, 0.0};
+  const RimColour red{true, 0.2, -0.05, 150.0}, grey{true, 0.0, 0.0, 150.0};
   ASSERT_GT(tail_lamp_log_odds(red.cr, red.cb), 4.0);
-  EXPECT_EQ(kind_of(peak, light, 0.35, red), LampKind::taillamp);
-  EXPECT_EQ(kind_of(peak, light, 0.35, grey), LampKind::other);
-  EXPECT_EQ(kind_of(peak, light, 0.15, red), LampKind::other);
-  EXPECT_EQ(kind_of(peak, light, 0.65, grey), LampKind::headlamp);
+  EXPECT_EQ(kind_of(peak, light, 0.35, red, 1.0), LampKind::taillamp);
+  EXPECT_EQ(kind_of(peak, light, 0.35, grey, 1.0), LampKind::other);
+  EXPECT_EQ(kind_of(peak, light, 0.15, red, 1.0), LampKind::other);
+  EXPECT_EQ(kind_of(peak, light, 0.65, grey, 1.0), LampKind::headlamp);
   light.elongation = 4.0;  // a line
-  EXPECT_EQ(kind_of(peak, light, 0.35, red), LampKind::other);
+  EXPECT_EQ(kind_of(peak, light, 0.35, red, 1.0), LampKind::other);
 }
 
 }  // namespace
