@@ -246,10 +246,12 @@ Blob Detector::State::blob_of(const Frame& frame, const Peak& peak, const Measur
   // The level is half the peak; the rim goes on to an eighth. Of what hardly outshines its
   // surroundings these would be the most of that.
   const int rim_code = light.lamp_like ? half_code[half_code[peak.level_code]] : peak.level_code;
-  const auto above_background =
-      std::ranges::upper_bound(linear, static_cast<float>(light.background));
-  const RimColour rim = own_colour(rim_colour(frame, peak.box, rim_code, clip_code),
-                                   static_cast<int>(above_background - linear.begin()), clip_code);
+  RimColour rim = rim_colour(frame, peak.box, rim_code, clip_code);
+  if (peak.clipped_px == 0) {
+    const auto above_background =
+        std::ranges::upper_bound(linear, static_cast<float>(light.background));
+    rim = own_colour(rim, static_cast<int>(above_background - linear.begin()), clip_code);
+  }
   blob.cr = rim.cr;
   blob.cb = rim.cb;
   blob.kind = kind_of(peak, light, linear[peak.peak_code], rim, px_per_usual(luma));

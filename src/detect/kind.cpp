@@ -53,7 +53,7 @@ RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, in
 
 RimColour own_colour(const RimColour& rim, int background_code, int clip_code) {
   constexpr double kBright = 0.4, kDimmest = 0.2;
-  constexpr double kChance = 0.01, kLampsDiffer = 0.1;  // of a colour difference
+  constexpr double kChance = 0.02, kLampsDiffer = 0.1;  // of a colour difference
   if (!rim.known) return rim;
   const double share =
       std::clamp((rim.luma_code - background_code) / (kBright * clip_code), kDimmest, 1.0);

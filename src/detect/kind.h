@@ -16,9 +16,9 @@ struct RimColour {
 /// grey frames and where there is no such pixel.
 RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, int clip_code);
 
-/// The colour of a dim light as it would be were it bright: colour differences grow with the luma
-/// by which a light outshines its surroundings, `background_code`, up to 0.4 of `clip_code`. What
-/// coding leaves to chance is not enlarged as much.
+/// The colour of a light that does not clip as it would be were it bright: colour differences grow
+/// with the luma by which a light outshines its surroundings, `background_code`, up to 0.4 of
+/// `clip_code`. What coding leaves to chance is not enlarged as much.
 RimColour own_colour(const RimColour& rim, int background_code, int clip_code);
 
 /// A picture's pixels along a line beside those of one 1920 px wide; 1 for coarser ones.

@@ -52,6 +52,43 @@ TEST(RimColour, IsTheMeanOfTheRimsPixels) {
     }
 }
 
+// Colour differences of one paint grow with the light: at a quarter of the luma a red lamp shows a
+// quarter of them.
+TEST(OwnColour, OfADimRedLampIsRedAndOfADimWhiteOneWhite) {
+  constexpr int kClip = 235, kDark = 20;
+  const auto at = [](double share, double cr, double cb) {
+    return own_colour({true, share * cr, share * cb, kDark + share * 0.4 * kClip}, kDark, kClip);
+  };
+  const RimColour bright = at(1.0, 0.16, -0.04);
+  EXPECT_NEAR(bright.cr, 0.16, 1e-9);
+  EXPECT_NEAR(bright.cb, -0.04, 1e-9);
+  const RimColour dim = at(0.25, 0.16, -0.04), white = at(0.25, 0.012, -0.015);
+  EXPECT_LT(tail_lamp_log_odds(0.25 * 0.16, 0.25 * -0.04), 0.0);  // as it stands
+  EXPECT_GT(tail_lamp_log_odds(dim.cr, dim.cb), 1.0);
+  EXPECT_LT(tail_lamp_log_odds(white.cr, white.cb), -1.5);
+  // What is hardly brighter than its surroundings, or as coding leaves it, is not made red.
+  const RimColour faint = own_colour({true, 0.02, 0.0, kDark + 1.0}, kDark, kClip);
+  EXPECT_LT(tail_lamp_log_odds(faint.cr, faint.cb), 0.0);
+  EXPECT_FALSE(own_colour({}, kDark, kClip).known);
+}
+
+TEST(Kind, ANearDimLampIsAsManyTimesWiderAsThePictureIsFiner) {
+  Measured light;
+  light.background = 0.01;
+  light.spread_px.setConstant(8.0);
+  light.elongation = 1.1;
+  const RimColour red{true, 0.2, -0.05, 150.0};
+  EXPECT_EQ(kind_of({}, light, 0.2, red, 1.0), LampKind::other);
+  EXPECT_EQ(kind_of({}, light, 0.2, red, 2.0), LampKind::taillamp);
+  LumaView luma;
+  luma.width_px = 1280;
+  luma.height_px = 720;
+  EXPECT_EQ(px_per_usual(luma), 1.0);
+  luma.width_px = 2160;
+  luma.height_px = 3840;
+  EXPECT_EQ(px_per_usual(luma), 2.0);
+}
+
 // A tail lamp outshines a lit road three to five times.
 TEST(Kind, RedLightsNeedToOutshineLess) {
   Measured light;
