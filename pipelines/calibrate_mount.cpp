@@ -1,5 +1,10 @@
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
+#include <iterator>
+#include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -16,6 +21,8 @@
 
 namespace vildar {
 namespace {
+
+namespace fs = std::filesystem;
 
 SiteLearning learn(const std::vector<VehicleTrack>& passes, const Site& site) {
   auto outcome = learn_site(passes, site);
@@ -36,6 +43,39 @@ double for_people(const LearnedQuantity& quantity, double value) {
 std::string text_of(const LearnedQuantity& quantity, const Uncertain& value) {
   return fixed_text(for_people(quantity, value.mean), 4) + " +- " +
          fixed_text(for_people(quantity, value.std), 4);
+}
+
+struct Run {
+  fs::path folder;
+  std::vector<VehicleTrack> passes;
+};
+
+// A camera that was moved between two runs, or a run of another site, would be averaged into a
+// pose that neither had.
+void refuse_moved_camera(const std::vector<Run>& runs, const Site& site) {
+  constexpr double kSigmas = 4.0;
+  const double kLeast_rad = radians_from_degrees(0.1);  // a mount gives by less
+  std::vector<std::pair<const Run*, SiteLearning>> learned;
+  for (const Run& run : runs)
+    if (auto outcome = learn_site(run.passes, site); std::holds_alternative<SiteLearning>(outcome))
+      learned.emplace_back(&run, std::get<SiteLearning>(std::move(outcome)));
+  for (std::size_t i = 0; i < learned.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      for (const LearnedQuantity& one : learned[i].second.quantities) {
+        const auto& others = learned[k].second.quantities;
+        const auto other = std::ranges::find(others, one.key, &LearnedQuantity::key);
+        if (!one.angle || other == others.end()) continue;
+        const double apart_rad = std::abs(one.after.mean - other->after.mean);
+        if (apart_rad < kLeast_rad ||
+            apart_rad < kSigmas * std::hypot(one.mean_std, other->mean_std))
+          continue;
+        throw InputError(learned[i].first->folder.string() + " and " +
+                         learned[k].first->folder.string() + ": by their own passes " + one.key +
+                         " is " + text_of(one, one.after) + " and " +
+                         text_of(*other, other->after) +
+                         "; the camera was moved between these runs, or they are of different "
+                         "sites: calibrate from the runs of one mounting");
+      }
 }
 
 std::string text_report(const SiteLearning& learning) {
@@ -90,10 +130,15 @@ std::string json_report(const SiteLearning& learning) {
 void calibrate_mount(const RunsArguments& arguments) {
   const Site site = load_fixed_site(arguments.site);
   refuse_repeated(arguments.runs);
+  std::vector<Run> runs;
+  for (const fs::path& folder : arguments.runs) {
+    Run& run = runs.emplace_back(Run{folder, {}});
+    for (RecordedPass& pass : read_recorded_passes(folder, *site.camera))
+      if (pass.sound) run.passes.push_back(std::move(pass.track));
+  }
+  if (runs.size() > 1) refuse_moved_camera(runs, site);
   std::vector<VehicleTrack> passes;
-  for (const std::filesystem::path& run : arguments.runs)
-    for (RecordedPass& pass : read_recorded_passes(run, *site.camera))
-      if (pass.sound) passes.push_back(std::move(pass.track));
+  for (Run& run : runs) std::ranges::move(run.passes, std::back_inserter(passes));
   const SiteLearning learning = learn(passes, site);
   write_file_atomically(arguments.out, effective_site_yaml(learning.site));
   std::cout << (arguments.json ? json_report(learning) : text_report(learning)) << std::flush;

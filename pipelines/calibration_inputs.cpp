@@ -23,6 +23,11 @@ void add_runs_arguments(CLI::App& command, std::function<void(const RunsArgument
   command.add_option("--out", arguments->out, "Site file to write")->required();
   command.add_flag("--json", arguments->json, "Print JSON in place of the text");
   command.callback([arguments, calibrate = std::move(calibrate), &exit_code] {
+    std::error_code error;
+    if (fs::equivalent(arguments->site, arguments->out, error))
+      throw ConfigError({{arguments->out.string(), 0, "",
+                          "is the site file to learn from, whose comments would be lost",
+                          "choose another --out"}});
     calibrate(*arguments);
     exit_code = 0;
   });

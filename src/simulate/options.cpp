@@ -24,6 +24,9 @@ std::vector<std::string> Options::problems() const {
   positive("start range", start_range_m);
   need(perpendicular_m >= 0.0, "perpendicular distance", perpendicular_m, "0 or above");
   positive("sample period", sample_period_s);
+  constexpr double kShortest_s = 1e-6;
+  if (sample_period_s > 0.0)
+    need(sample_period_s >= kShortest_s, "sample period", sample_period_s, "1e-6 s or more");
   positive("path-loss exponent", path_loss_exponent);
   positive("Lambertian path-loss exponent", lambertian_exponent);
   positive("angular speed", angular_speed_rad_per_s);

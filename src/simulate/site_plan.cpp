@@ -203,6 +203,14 @@ std::vector<std::string> PlanOptions::problems() const {
   positive("centroid_sigma_px", centroid_sigma_px);
   positive("farthest_m", farthest_m);
   positive("photodiode_rate_hz", photodiode_rate_hz);
+  const auto at_most = [&](const char* name, double value, double most) {
+    if (value > most)
+      found.push_back(std::string(name) + " = " + number_text(value) + ", must be at most " +
+                      number_text(most));
+  };
+  at_most("frame_rate_hz", frame_rate_hz, 10e3);
+  at_most("farthest_m", farthest_m, 2e3);
+  at_most("photodiode_rate_hz", photodiode_rate_hz, 1e6);
   if (!std::isfinite(photodiode_snr_db)) found.push_back("photodiode_snr_db must be a number");
   return found;
 }

@@ -34,11 +34,11 @@ std::string car(int number, double speed_mps, double range_at_zero_m, double lam
 }
 
 // A camera whose pose the site file has wrong by up to a degree, and eight cars.
-std::string scenario() {
+std::string scenario(const std::string& true_pose = kTruePose) {
   std::string text =
       "duration_s: 18.5\nframe_rate_hz: 20\nseed: 4\n"
       "site:\n  camera:\n" +
-      kCamera + kTruePose + kRoad + "told_site:\n  camera:\n" + kCamera +
+      kCamera + true_pose + kRoad + "told_site:\n  camera:\n" + kCamera +
       "    yaw_deg: {mean: -8.0, std: 1.0}\n    pitch_deg: {mean: -6.0, std: 1.0}\n"
       "    roll_deg: {mean: 0.0, std: 0.5}\n" +
       kRoad + "vehicles:\n";
@@ -85,6 +85,25 @@ TEST_F(Calibrate, MountIsLearnedFromARunAndUsedByTheNext) {
       run({"evaluate", path("second"), path("scene"), "--require", "recall>=0.85", "--require",
            "share_within_limits>=0.7", "--require", "false==0"});
   EXPECT_EQ(score.code, 0) << score.err << score.out;
+}
+
+TEST_F(Calibrate, RunsOfACameraThatWasMovedBetweenThemAreNotAveraged) {
+  const std::string learned_file = path("learned.yaml");
+  for (const auto& [scene, pose] :
+       {std::pair{"before", kTruePose},
+        {"after", std::string("    yaw_deg: -6.6\n    pitch_deg: -5.6\n    roll_deg: 0.4\n")}}) {
+    folder_.write("scenario.yaml", scenario(pose));
+    ASSERT_EQ(run({"render", path("scenario.yaml"), "--out", path(scene)}).code, 0);
+    const std::string clip = path(scene) + "/clip.mp4", out = path(scene) + "/run";
+    ASSERT_EQ(run({"run", clip, "--site", path("before/site.yaml"), "--out", out}).code, 0);
+  }
+  const std::string site = path("before/site.yaml");
+  test::expect_told(run({"calibrate", "mount", path("before/run"), path("after/run"), "--site",
+                         site, "--out", learned_file}),
+                    3, {"camera.yaw_deg is", "before/run", "after/run", "one mounting"});
+  test::expect_told(run({"calibrate", "mount", path("before/run"), "--site", site, "--out", site}),
+                    2, {"site.yaml", "another --out"});
+  EXPECT_FALSE(fs::exists(learned_file));
 }
 
 // Ten lamps in the dark above a road, from a third of white to some thousand times white.
