@@ -85,7 +85,7 @@ class Measuring {
       : options_(options),
         site_(site),
         traces_(traces),
-        passes_(traces.size() > 1 ? passes_of(traces) : std::vector<PowerPass>{}),
+        passes_(traces.size() > 1 && !site.ego ? passes_of(traces) : std::vector<PowerPass>{}),
         tracks_(tracks),
         measurement_(measurement),
         measured_(RoadView(site).height_over_lamps_m()) {}
@@ -160,9 +160,8 @@ class Measuring {
     steps_.add(one.steady ? one.steady->track : track);
     if (offered.unexplained)
       estimate.result.warnings.push_back(
-          "the photodiodes receive light that none of the vehicles in view explains, so by itself "
-          "it "
-          "gives no speed; check the camera's view, the channel and the photodiodes' clock "
+          "the photodiodes receive light that none of the vehicles in view explains, so the power "
+          "law gives no speed; check the camera's view, the channel and the photodiodes' clock "
           "(time_offset_s)");
     if (options_.annotate)
       for (const VehicleSighting& sighting : track.sightings)

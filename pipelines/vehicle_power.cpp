@@ -39,32 +39,44 @@ std::optional<ClipInterval> light_ends(const LitVehicle& lit, const PhotodiodeSi
                                     lit.way->lamp_height_m() - photodiode.position_m[2].mean);
   const double past_s =
       at_s + (last.range_m - photodiode.position_m[0].mean) / last.over_ground_mps;
-  const double slack_s = kSlack_s + kSigmas * std::hypot(photodiode.time_offset_s.std,
-                                                         last.range_std_m / last.over_ground_mps);
+  const double to_go_m = last.range_m - photodiode.position_m[0].mean;
+  const double slack_s =
+      kSlack_s +
+      kSigmas *
+          std::hypot(photodiode.time_offset_s.std, last.range_std_m / last.over_ground_mps,
+                     to_go_m * last.speed_std_mps / (last.over_ground_mps * last.over_ground_mps));
   const double ahead_m =
       abeam_m * std::clamp(kEarlier / std::tan(photodiode.half_field_of_view_rad), kLeast, kMost);
   return ClipInterval{past_s - ahead_m / last.over_ground_mps - slack_s, past_s + slack_s};
 }
 
+const PhotodiodeSite& photodiode_of(std::span<const PowerPass> passes, const Site& site) {
+  return site.photodiodes[static_cast<std::size_t>(passes.front().photodiode)];
+}
+
 std::vector<PowerPass> passes_ending_with(const LitVehicle& lit, const Site& site,
                                           std::span<const PowerPass> passes) {
   std::vector<PowerPass> found;
+  if (passes.empty()) return found;
+  const PhotodiodeSite& photodiode = photodiode_of(passes, site);
+  const auto ends = light_ends(lit, photodiode);
+  if (!ends) return found;
   for (const PowerPass& pass : passes) {
-    const PhotodiodeSite& photodiode = site.photodiodes[static_cast<std::size_t>(pass.photodiode)];
     const double ends_s = pass.to_s + photodiode.time_offset_s.mean;
-    const auto ends = light_ends(lit, photodiode);
-    if (ends && ends_s > ends->from_s && ends_s < ends->to_s) found.push_back(pass);
+    if (ends_s > ends->from_s && ends_s < ends->to_s) found.push_back(pass);
   }
   return found;
 }
 
-// Whether a vehicle whose way is known passes the first photodiode while that is recorded.
-bool ends_on_record(const LitVehicle& lit, const Site& site, std::span<const PowerTrace> traces) {
-  const PowerTrace& trace = traces.front();
-  const PhotodiodeSite& photodiode = site.photodiodes[static_cast<std::size_t>(trace.photodiode)];
+// Whether a vehicle whose way is known passes the photodiode of the passes while that is recorded.
+bool ends_on_record(const LitVehicle& lit, const Site& site, std::span<const PowerTrace> traces,
+                    std::span<const PowerPass> passes) {
+  const auto trace = std::ranges::find(traces, passes.front().photodiode, &PowerTrace::photodiode);
+  const PhotodiodeSite& photodiode = photodiode_of(passes, site);
   const auto ends = light_ends(lit, photodiode);
-  return ends && ends->from_s > trace.time_s.front() + photodiode.time_offset_s.mean &&
-         ends->to_s < trace.time_s.back() + photodiode.time_offset_s.mean;
+  return ends && trace != traces.end() &&
+         ends->from_s > trace->time_s.front() + photodiode.time_offset_s.mean &&
+         ends->to_s < trace->time_s.back() + photodiode.time_offset_s.mean;
 }
 
 }  // namespace
@@ -140,7 +152,8 @@ OfferedPower offer_power(std::span<const LitVehicle> lit, std::size_t own, const
 std::optional<PowerPass> own_pass(std::span<const LitVehicle> lit, std::size_t own,
                                   const Site& site, std::span<const PowerTrace> traces,
                                   std::span<const PowerPass> passes) {
-  constexpr std::size_t kMostOdd = 3;  // one vehicle in so many
+  constexpr std::size_t kMostOdd = 3;  // fewer than one vehicle in so many
+  if (passes.empty()) return std::nullopt;
   const auto shines = [](const LitVehicle& vehicle) {
     return ClipInterval{vehicle.in_view.from_s - kBefore_s, vehicle.past_s};
   };
@@ -156,12 +169,12 @@ std::optional<PowerPass> own_pass(std::span<const LitVehicle> lit, std::size_t o
     const std::vector<PowerPass> ending = passes_ending_with(lit[i], site, passes);
     if (i == own && ending.size() == 1) found = ending.front();
     if (i != own) of_others.insert(of_others.end(), ending.begin(), ending.end());
-    if (!ends_on_record(lit[i], site, traces)) continue;
+    if (!ends_on_record(lit[i], site, traces, passes)) continue;
     ++expected;
     odd += ending.empty();
   }
   const auto is_found = [&](const PowerPass& pass) { return pass.to_s == found->to_s; };
-  if (!in_company || !found || found->cut_off || kMostOdd * odd > expected ||
+  if (!in_company || !found || found->cut_off || (odd > 0 && kMostOdd * odd >= expected) ||
       std::ranges::any_of(of_others, is_found))
     return std::nullopt;
   return found;

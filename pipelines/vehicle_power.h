@@ -45,10 +45,10 @@ struct OfferedPower {
 OfferedPower offer_power(std::span<const LitVehicle> lit, std::size_t own, const Site& site,
                          std::span<const PowerTrace> traces);
 
-/// Of `passes`, in the light of any photodiode and photodiode clock, the one that ends where
-/// `lit[own]` passes the photodiodes and where no other of `lit` does. Nothing where it shines
-/// alone: its light is then more than the pass; where its way is not known; and where more than a
-/// third of `lit` pass without one that ends, as by a wrong clock.
+/// Of `passes`, in the light of one photodiode and in its clock, the one that ends where `lit[own]`
+/// passes the photodiodes and where no other of `lit` does. Nothing where it shines alone: its light
+/// is then more than the pass; where its way is not known; and where a third of `lit` or more pass
+/// without one that ends, as by a wrong clock.
 std::optional<PowerPass> own_pass(std::span<const LitVehicle> lit, std::size_t own,
                                   const Site& site, std::span<const PowerTrace> traces,
                                   std::span<const PowerPass> passes);

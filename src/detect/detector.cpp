@@ -11,6 +11,7 @@
 #include "detect/peaks.h"
 #include "detect/photometry.h"
 #include "detect/run_scan.h"
+#include "optics/picture.h"
 
 namespace vildar {
 namespace {
@@ -249,12 +250,13 @@ Blob Detector::State::blob_of(const Frame& frame, const Peak& peak, const Measur
   RimColour rim = rim_colour(frame, peak.box, rim_code, clip_code);
   if (peak.clipped_px == 0) {
     const auto above_background =
-        std::ranges::upper_bound(linear, static_cast<float>(light.background));
+        std::ranges::lower_bound(linear, static_cast<float>(std::max(light.background, 1e-6)));
     rim = own_colour(rim, static_cast<int>(above_background - linear.begin()), clip_code);
   }
   blob.cr = rim.cr;
   blob.cb = rim.cb;
-  blob.kind = kind_of(peak, light, linear[peak.peak_code], rim, px_per_usual(luma));
+  blob.kind = kind_of(peak, light, linear[peak.peak_code], rim,
+                      px_per_usual(luma.width_px, luma.height_px));
   return blob;
 }
 

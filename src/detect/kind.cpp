@@ -62,27 +62,22 @@ RimColour own_colour(const RimColour& rim, int background_code, int clip_code) {
   return {true, gain * rim.cr, gain * rim.cb, rim.luma_code};
 }
 
-double px_per_usual(const LumaView& luma) {
-  constexpr double kUsual_px = 1920.0;
-  return std::max(1.0, std::max(luma.width_px, luma.height_px) / kUsual_px);
-}
-
 bool like_a_lamp(const Peak& peak, const Measured& light, double peak_linear, double red_log_odds,
-                 double per_usual) {
+                 double px_per_usual) {
   const bool clipped = peak.clipped_px > 0;
   if (clipped && peak.head) return true;  // about it there may be nothing but what clips as well
   double contrast = clipped ? kLeastContrastClipped : kLeastContrast;
   if (red_log_odds > kSurelyRed) contrast = kLeastContrastRed;
   if (peak_linear < contrast * light.background) return false;
-  if (light.spread_px.maxCoeff() > kWideSpread_px * per_usual && peak_linear < kWideLeastPeak)
+  if (light.spread_px.maxCoeff() > kWideSpread_px * px_per_usual && peak_linear < kWideLeastPeak)
     return false;
   return clipped || light.elongation <= kMostElongation;
 }
 
 LampKind kind_of(const Peak& peak, const Measured& light, double peak_linear, const RimColour& rim,
-                 double per_usual) {
+                 double px_per_usual) {
   const double red_log_odds = rim.known ? tail_lamp_log_odds(rim.cr, rim.cb) : 0.0;
-  if (!like_a_lamp(peak, light, peak_linear, red_log_odds, per_usual)) return LampKind::other;
+  if (!like_a_lamp(peak, light, peak_linear, red_log_odds, px_per_usual)) return LampKind::other;
   return red_log_odds > 0.0 ? LampKind::taillamp : LampKind::headlamp;
 }
 

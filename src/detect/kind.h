@@ -21,16 +21,13 @@ RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, in
 /// `clip_code`. What coding leaves to chance is not enlarged as much.
 RimColour own_colour(const RimColour& rim, int background_code, int clip_code);
 
-/// A picture's pixels along a line beside those of one 1920 px wide; 1 for coarser ones.
-double px_per_usual(const LumaView& luma);
-
 /// Whether a peak is as sharp, and as bright (linear) against the light around it, as a lamp is;
-/// one that is red needs to outshine it less. `per_usual`: see px_per_usual().
+/// one that is red needs to outshine it less. `px_per_usual`: see optics/picture.h.
 bool like_a_lamp(const Peak& peak, const Measured& light, double peak_linear, double red_log_odds,
-                 double per_usual);
+                 double px_per_usual);
 
 /// What a light is, from one frame: `other` where it is not as sharp a peak as a lamp is.
 LampKind kind_of(const Peak& peak, const Measured& light, double peak_linear, const RimColour& rim,
-                 double per_usual);
+                 double px_per_usual);
 
 }  // namespace vildar

@@ -7,6 +7,7 @@
 #include "core/quantity.h"
 #include "detect/kind.h"
 #include "detect/rim_fit.h"
+#include "optics/picture.h"
 
 namespace vildar {
 namespace {
@@ -331,7 +332,7 @@ std::vector<Measured>& Photometer::measure(const LumaView& luma, const PeakFinde
   for (std::size_t i = 0; i < peaks.size(); ++i) {
     find_background(luma, scale, lights_[i]);
     lights_[i].lamp_like = like_a_lamp(peaks[i], lights_[i], scale.linear[peaks[i].peak_code], 0.0,
-                                       px_per_usual(luma));
+                                       px_per_usual(luma.width_px, luma.height_px));
     if (!lights_[i].lamp_like) {
       sum_pixels(luma, finder.pixels(peaks[i]), scale, lights_[i]);
       continue;

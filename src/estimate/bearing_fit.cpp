@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 
 #include "core/clock.h"
@@ -50,7 +51,9 @@ Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView&
   const NominalSizes sizes = nominal_sizes(problem);
   auto paths = rough_paths(view, problem.setting, sizes);
   // From low down one lamp may be seen above where the horizon is told to be.
-  for (const LaneSite& lane : paths.empty() ? road.lanes : std::vector<LaneSite>{}) {
+  const bool above_horizon = paths.empty();
+  for (const LaneSite& lane : road.lanes) {
+    if (!above_horizon) break;
     NominalSizes in_lane = sizes;
     in_lane.lateral_m = lane.lateral_m.mean - problem.setting.camera_m.y();
     std::ranges::move(rough_paths(view, problem.setting, in_lane), std::back_inserter(paths));

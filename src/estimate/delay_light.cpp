@@ -23,12 +23,21 @@ double block_length_s(double mains_hz, double sample_period_s) {
   return half_period_s * std::ceil(kFewestSamples * sample_period_s / half_period_s - 1e-9);
 }
 
+// Of a trace that may be hours long.
+std::size_t first_sample(const PowerTrace& trace, const std::vector<PowerBlock>& blocks,
+                         double offset_s) {
+  if (blocks.empty()) return 0;
+  const double from_s = blocks.front().time_s - offset_s - 0.5 * blocks.front().duration_s;
+  return static_cast<std::size_t>(std::ranges::lower_bound(trace.time_s, from_s) -
+                                  trace.time_s.begin());
+}
+
 // Variance of the samples within each block from their second differences, which the rise of the
 // light does not enter.
 std::vector<double> variances_w2(const PowerTrace& trace, const std::vector<PowerBlock>& blocks,
                                  double offset_s) {
   std::vector<double> found;
-  std::size_t i = 0;
+  std::size_t i = first_sample(trace, blocks, offset_s);
   for (const PowerBlock& block : blocks) {
     const double from_s = block.time_s - offset_s - 0.5 * block.duration_s;
     while (i < trace.time_s.size() && trace.time_s[i] < from_s) ++i;
@@ -99,7 +108,7 @@ std::vector<PowerBlock> sparse_samples(const PowerTrace& trace, const Site& site
                                        const std::vector<PowerBlock>& blocks) {
   std::vector<PowerBlock> samples;
   if (blocks.empty() || blocks.front().duration_s < 0.75 / site.mains_hz) return samples;
-  std::size_t i = 0;
+  std::size_t i = first_sample(trace, blocks, offset_s);
   for (const PowerBlock& block : blocks) {
     const double from_s = block.time_s - offset_s - 0.5 * block.duration_s;
     while (i < trace.time_s.size() && trace.time_s[i] < from_s) ++i;
@@ -154,7 +163,8 @@ bool overlap(const std::vector<PowerBlock>& one, const std::vector<PowerBlock>& 
 
 // Whether both saw about as much light at most: one that goes blind meanwhile did not.
 bool as_bright(const DelayProblem& problem) {
-  constexpr double kMostApart_ln = 1.5;
+  // What edges leave of one view may end before its peak: a fifth of the other's light is enough.
+  constexpr double kMostApart_ln = 1.6;
   const auto most_w = [](const DelaySide& side) {
     double most = 0.0;
     for (const PowerBlock& block : side.blocks)

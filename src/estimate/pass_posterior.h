@@ -22,9 +22,9 @@ struct PassPosterior {
 };
 
 /// `start` is where the fits begin; where the background is unsure they begin at several of its
-/// values, each from what the paper's estimator then makes of the light. Misses: bad_fit where none
-/// comes near the light, outside_model where no other motion near these explains it or there are
-/// fewer than five blocks.
+/// values, each from what the paper's estimator then makes of the light. Misses: bad_fit where a
+/// fit was given up as hopeless and none converged, outside_model where none converged otherwise or
+/// there are fewer than five blocks.
 Outcome<PassPosterior> pass_posterior(const PowerSeries& series, const PowerCase& known,
                                       const PassMotion& start);
 

@@ -13,7 +13,7 @@ namespace vildar {
 struct NominalSizes {
   double drop_m = 0.0;  ///< camera height less lamp height
   double separation_m = 1.25;
-  std::optional<double> lateral_m;  ///< from the camera, where one lane alone can be meant
+  std::optional<double> lateral_m;  ///< from the camera, of the lane that is meant
   double radius_m = 0.0;            ///< of a curved road's line y = 0
 };
 

@@ -13,13 +13,14 @@ struct ResidualCheck {
   Eigen::Vector2d sigma_factor = Eigen::Vector2d::Ones();
   Eigen::Vector2d scatter_px = Eigen::Vector2d::Zero();  ///< robust, per axis
   double outlier_share = 0.0;                            ///< observations beyond four robust sigmas
-  /// Factor that the scatter from frame to frame alone asks for, which no motion of a vehicle makes.
+  /// Factor that the scatter from frame to frame alone asks for, which no motion of a vehicle
+  /// makes.
   Eigen::Vector2d quick_factor = Eigen::Vector2d::Ones();
   /// Slow structure over what quicker noise explains, as variances: about 1 where the vehicle moves
   /// as the model says, 0 where the frames are too few to tell.
   double misfit = 0.0;
-  /// By which the line through both lamps leaves the level for a camera that rolls by its mean, rad;
-  /// none where no frame shows both.
+  /// By which the line through both lamps leaves the level for a camera that rolls by its mean,
+  /// rad; none where no frame shows both.
   Uncertain tilt_rad;
 };
 

@@ -1,6 +1,7 @@
 #include "estimate/trajectory.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <ceres/jet.h>
@@ -98,13 +99,20 @@ double best_time_s(const Trajectory& trajectory, double from_s, double to_s) {
   constexpr int kSteps = 32;
   constexpr double kDrives = 0.3;  // of its highest speed: one that stops is asked for before
   const auto time_at = [&](int i) { return from_s + (to_s - from_s) * i / kSteps; };
-  const auto speed_at = [&](int i) { return std::abs(trajectory.at(time_at(i)).over_ground_mps); };
+  constexpr double kSure = 0.3;  // one sigma: what is less sure sets no highest speed
+  std::array<double, kSteps + 1> speeds_mps{};
   double highest_mps = 0.0;
-  for (int i = 0; i <= kSteps; ++i) highest_mps = std::max(highest_mps, speed_at(i));
+  for (int i = 0; i <= kSteps; ++i) {
+    const MotionState state = trajectory.at(time_at(i));
+    const auto at = static_cast<std::size_t>(i);
+    speeds_mps[at] = std::abs(state.over_ground_mps);
+    if (state.speed_std_mps < kSure * speeds_mps[at])
+      highest_mps = std::max(highest_mps, speeds_mps[at]);
+  }
   double best_s = 0.5 * (from_s + to_s), least = INFINITY;
   const PathMatrix& covariance = trajectory.fit.covariance;
   for (int i = 0; i <= kSteps; ++i) {
-    if (speed_at(i) < kDrives * highest_mps) continue;
+    if (speeds_mps[static_cast<std::size_t>(i)] < kDrives * highest_mps) continue;
     const double time_s = time_at(i);
     const double tau_s = time_s - trajectory.problem.reference_s;
     PathVector rate = PathVector::Zero();

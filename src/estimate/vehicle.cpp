@@ -229,13 +229,14 @@ bool of_strangers(const VehiclePower& offered) {
   return offered.own_light && offered.own_light->time_s.empty();
 }
 
-// By the light of its own pass, though others shine meanwhile. The vehicle passes the photodiodes
-// after the camera has lost it, and may brake meanwhile: its speed is asked for in the time that
-// the bearings tell of, but for the end, into which such a change is smeared.
+// The vehicle passes the photodiodes after the camera has lost it, and may brake meanwhile: its
+// speed is asked for in the time that the bearings tell of, but for the end, into which such a
+// change is smeared.
 struct Asked {
   double from_s = -INFINITY, to_s = INFINITY;
 };
 
+// By the light of its own pass, though others shine meanwhile.
 Delay delay_of_pass(const OwnPass& own, const Site& site, const Asked& asked, MethodResult& row) {
   const SeenPass seen = best_seen(own.pass, site, own.traces);
   Delay delay;

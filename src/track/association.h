@@ -21,8 +21,8 @@ struct Association {
   /// Lamps for which giving the spots to others would be nearly as good.
   std::vector<char> doubtful;
 };
-/// `px_per_usual`: the picture's pixels beside those of one 1920 px wide, one or more; what moves
-/// in a finer one spreads over more of them, and new lights are as much rarer in each.
+/// `px_per_usual`: see optics/picture.h; what moves in a finer picture spreads over more pixels,
+/// and new lights are as much rarer in each.
 Association associate(const Lamps& lamps, const std::vector<Spot>& spots, double gate_chi2,
                       double px_per_usual);
 

@@ -4,8 +4,9 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <vector>
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include "core/quantity.h"
 
@@ -23,8 +24,11 @@ struct Look {
   Eigen::Vector2d bearing;  ///< left and up, over depth
 };
 
+// Evenly out of all: more tell no more, for errors of neighbouring frames are alike.
 std::vector<Look> looks_of(const std::vector<LampRecord>& records, const RoadView& view) {
-  std::vector<Look> looks(records.size());
+  constexpr std::size_t kMost = 80;
+  std::vector<Look> looks;
+  const std::size_t every = (records.size() + kMost - 1) / kMost;
   double driven_m = 0.0;
   for (std::size_t i = records.size(); i-- > 0;) {
     const double time_s = seconds_of(records[i].time);
@@ -32,8 +36,9 @@ std::vector<Look> looks_of(const std::vector<LampRecord>& records, const RoadVie
       const double later_s = seconds_of(records[i + 1].time);
       driven_m += (later_s - time_s) * view.ego_speed_mps(0.5 * (time_s + later_s));
     }
-    looks[i] = {driven_m, view.bearing(records[i].at_px)};
+    if (i % every == 0) looks.push_back({driven_m, view.bearing(records[i].at_px)});
   }
+  std::ranges::reverse(looks);
   return looks;
 }
 
@@ -63,15 +68,15 @@ Line line_through(const std::vector<Look>& looks, int axis, double last_m, doubl
   return line;
 }
 
-// The distance at the last look by which a standing light explains its way best.
-StandingPlace standing_place(const std::vector<Look>& looks, const RoadView& view) {
+// The distance at the last look by which a standing light explains its way best; nothing where that
+// is at an end of what is tried.
+std::optional<StandingPlace> standing_place(const std::vector<Look>& looks, const RoadView& view) {
   constexpr double kSigma_px = 2.0, kFramesAlike = 4.0;
   constexpr double kNearest_m = 1.0, kFarthest_m = 200.0;
   constexpr int kSteps = 200;
   const double kSway_rad = radians_from_degrees(0.5);  // of a camera that drives
   const double sigma = kSigma_px * std::sqrt(kFramesAlike) / view.focal_px();
   const double step = std::log(kFarthest_m / kNearest_m) / kSteps;
-  StandingPlace place;
   std::vector<double> chi2;
   std::size_t best = 0;
   const auto lines_at = [&](std::size_t i) {
@@ -85,6 +90,7 @@ StandingPlace standing_place(const std::vector<Look>& looks, const RoadView& vie
     chi2.push_back(lines[0].chi2 + lines[1].chi2);
     if (chi2[i] < chi2[best]) best = i;
   }
+  if (best == 0 || best == kSteps) return std::nullopt;
   const auto [aside, above] = lines_at(best);
   const double scatter = std::sqrt(
       std::max(1.0, chi2[best] / std::max(1.0, 2.0 * static_cast<double>(looks.size()) - 3.0)));
@@ -93,13 +99,10 @@ StandingPlace standing_place(const std::vector<Look>& looks, const RoadView& vie
   while (from > 0 && chi2[from] < chi2[best] + scatter * scatter) --from;
   while (to < kSteps && chi2[to] < chi2[best] + scatter * scatter) ++to;
   const double distance_sigma_ln = 0.5 * step * static_cast<double>(to - from);
-  place.aside_m = aside.place_m;
-  place.aside_sigma_m =
-      std::hypot(scatter * aside.place_sigma_m, aside.place_m * distance_sigma_ln);
-  place.above_m = above.place_m;
-  place.above_sigma_m =
-      std::hypot(scatter * above.place_sigma_m, above.place_m * distance_sigma_ln);
-  return place;
+  const auto sigma_of = [&](const Line& line) {
+    return std::hypot(scatter * line.place_sigma_m, line.place_m * distance_sigma_ln);
+  };
+  return StandingPlace{aside.place_m, sigma_of(aside), above.place_m, sigma_of(above)};
 }
 
 }  // namespace
@@ -108,10 +111,12 @@ bool comes_in_a_lane(const std::vector<LampRecord>& records, const RoadView& vie
   constexpr double kSigmas = 2.5, kKerb_m = 0.5;
   constexpr double kSlowest_mps = 3.0, kFastest_mps = 70.0;
   constexpr double kLowest_m = 0.3, kHighest_m = 1.6;  // lamps of anything that drives
-  constexpr double kWithinLane_m = 0.6;
+  constexpr double kWithinLane_m = 0.6;                // two sigmas of where in it vehicles drive
   if (records.size() < 8 || view.bends()) return false;
   const std::vector<Look> looks = looks_of(records, view);
-  const StandingPlace place = standing_place(looks, view);
+  const auto standing = standing_place(looks, view);
+  if (!standing) return false;
+  const StandingPlace& place = *standing;
   const double camera_m = view.camera_lateral_m();
   for (const double side : {-1.0, 1.0})
     if (view.beyond_lanes_m(camera_m + place.aside_m +

@@ -10,7 +10,8 @@ namespace vildar {
 /// Before a camera that drives along a straight road: whether a light cannot stand, for it would
 /// stand on the carriageway, and moves through the picture as a headlamp would in an oncoming lane.
 /// Elevation tells little from low down; how a light swells from the vanishing point tells where it
-/// would stand, the camera's own speed being known.
+/// would stand, the camera's own speed being known. A
+/// lit island or a parked car between the outer edges of the lanes is not told from one.
 bool comes_in_a_lane(const std::vector<LampRecord>& records, const RoadView& view);
 
 }  // namespace vildar

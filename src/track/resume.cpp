@@ -56,7 +56,8 @@ bool would_be(const VehicleCourse& lost, std::span<const LampLook> found, const 
   const auto later = lost.placed({found.begin(), enough}, view);
   if (!later) return false;
   const double time_s = later->time_s();
-  const double off_m = later->along_m(time_s) - lost.along_m(time_s);
+  const double off_m =
+      later->along_m(time_s) - lost.along_m(time_s) + view.speeding_up_m(lost.time_s(), time_s);
   const double known_m = std::hypot(lost.along_sigma_m(time_s), later->along_sigma_m(time_s));
   const double sigma_m = known_m + std::hypot(kFloor_m, kFloorShare * later->along_m(time_s));
   return known_m < most_sigma_m && std::abs(off_m) < std::min(kMostOff_m, kSigmas * sigma_m) &&

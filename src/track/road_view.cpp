@@ -174,6 +174,15 @@ Eigen::Vector2d RoadView::bearing(const Eigen::Vector2d& spot_px) const {
   return ray_road.tail<2>() / ray_road.x();
 }
 
+double RoadView::speeding_up_m(double from_s, double to_s) const {
+  constexpr int kSteps = 20;
+  const double step_s = (to_s - from_s) / kSteps, at_first_mps = ego_speed_mps(from_s);
+  double more_m = 0.0;
+  for (int i = 0; i < kSteps; ++i)
+    more_m += step_s * (ego_speed_mps(from_s + (i + 0.5) * step_s) - at_first_mps);
+  return more_m;
+}
+
 std::vector<double> RoadView::lane_centres_m(Direction direction) const {
   std::vector<double> centres_m;
   for (const LaneSite& lane : site_.road.lanes)

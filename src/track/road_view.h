@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -8,6 +7,7 @@
 
 #include "optics/camera.h"
 #include "optics/ego_motion.h"
+#include "optics/picture.h"
 #include "optics/road.h"
 #include "types/site.h"
 
@@ -68,6 +68,9 @@ class RoadView {
   /// Speed of the sensor itself along the road; 0 for a fixed one.
   double ego_speed_mps(double time_s) const { return ego_.speed_mps(time_s); }
   bool moving_sensor() const { return ego_.moving(); }
+  /// By how much more the sensor has driven, from one time to a later one, than at its speed of the
+  /// first.
+  double speeding_up_m(double from_s, double to_s) const;
 
   bool bends() const { return site_.road.kind == RoadKind::curved; }
   std::vector<double> lane_centres_m(Direction direction) const;
@@ -75,9 +78,8 @@ class RoadView {
   double camera_height_m() const { return camera_.position_m().z(); }
   double yaw_sigma_rad() const { return site_.camera->yaw_rad.std; }
   double focal_px() const { return focal_px_; }
-  /// Its pixels along a line beside those of a picture 1920 px wide; 1 for coarser ones.
-  double px_per_usual() const {
-    return std::max(1.0, std::max(site_.camera->width_px, site_.camera->height_px) / 1920.0);
+  double picture_px_per_usual() const {
+    return px_per_usual(site_.camera->width_px, site_.camera->height_px);
   }
   double lamp_height_m() const { return lamp_height_m_; }
   double separation_m() const { return separation_m_; }

@@ -333,11 +333,12 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   light.lamps_clip = lights.usually_clips(lamp.kind());
   if (const auto typical = lights.typical(lamp.kind()))
     light.strength_ln = median(strengths) - *typical;
+  if (too_faint(strengths, clipped_share, lamp.kind(), lights, 0.0, kFaintSingle) ||
+      lone_lamp_log_odds(light) < kSureLogOdds)
+    return Verdict::undecided;
   const bool comes = view.moving_sensor() && lamp.kind() == LampKind::headlamp &&
                      comes_in_a_lane(lamp.records, view);
-  if (too_faint(strengths, clipped_share, lamp.kind(), lights, 0.0, kFaintSingle) ||
-      (!comes && 2 * below < held) || lone_lamp_log_odds(light) < kSureLogOdds)
-    return Verdict::undecided;
+  if (!comes && 2 * below < held) return Verdict::undecided;
   const double closing_mps = -slope_of(times_s, along_m);
   const double ego_mps = view.ego_speed_mps(times_s.front());
   if (!comes) {

@@ -28,8 +28,7 @@ std::vector<LampLook> looks_of(const std::vector<LampRecord>& left,
 /// road, in one place across it. Of what tells the distance, that the vehicle keeps to its place
 /// across the road weighs most from beside it, for a lamp's column is surer than its row on a wet
 /// road; its elevation and the separation of its lamps, which is a free number of each vehicle,
-/// from straight ahead. Robust least squares (Cauchy weights). The speed is
-/// relative to the sensor.
+/// from straight ahead. Robust least squares (Cauchy weights). The speed is relative to the sensor.
 class VehicleCourse {
  public:
   /// Nothing where too little tells it: less than 8 looks, 4 of them at both lamps. Where none is,

@@ -6,6 +6,7 @@
 
 #include "core/random.h"
 #include "optics/lamp_colour.h"
+#include "optics/picture.h"
 
 namespace vildar {
 namespace {
@@ -80,13 +81,8 @@ TEST(Kind, ANearDimLampIsAsManyTimesWiderAsThePictureIsFiner) {
   const RimColour red{true, 0.2, -0.05, 150.0};
   EXPECT_EQ(kind_of({}, light, 0.2, red, 1.0), LampKind::other);
   EXPECT_EQ(kind_of({}, light, 0.2, red, 2.0), LampKind::taillamp);
-  LumaView luma;
-  luma.width_px = 1280;
-  luma.height_px = 720;
-  EXPECT_EQ(px_per_usual(luma), 1.0);
-  luma.width_px = 2160;
-  luma.height_px = 3840;
-  EXPECT_EQ(px_per_usual(luma), 2.0);
+  EXPECT_EQ(px_per_usual(1280, 720), 1.0);
+  EXPECT_EQ(px_per_usual(2160, 3840), 2.0);
 }
 
 // A tail lamp outshines a lit road three to five times.

@@ -53,6 +53,19 @@ TEST(DelayLight, AnEdgeIsNoNoise) {
     EXPECT_NEAR(block.sigma_w * std::sqrt(kBlock_samples) / kNoise_w, 1.0, kScatter);
 }
 
+// One goes blind 16 m before the vehicle is past: the other's peak beside its faint beginning is no
+// pair.
+TEST(DelayLight, APhotodiodeThatGoesBlindTellsNoDelay) {
+  const Site site = simulated::two_photodiodes(2.0);
+  Random random(6);
+  Pair pair = vanishing(20.0, 60.0, 2.0, 1e-3, random);
+  for (std::size_t i = 0; i < pair.near.time_s.size(); ++i)
+    if (pair.near.time_s[i] > 2.2) pair.near.power_w[i] = 0.0F;
+  const auto blind = delay_problem(site, pair.near, pair.far, 0.0, 3.0, false);
+  ASSERT_TRUE(std::holds_alternative<Miss>(blind));
+  EXPECT_EQ(std::get<Miss>(blind), Miss::bad_fit);
+}
+
 // Wherever in a block it falls: a curve that bends to each side's means about the edge would tell
 // their delay to microseconds, and be wrong by milliseconds.
 TEST(DelayLight, AnEdgeTellsNoDelay) {

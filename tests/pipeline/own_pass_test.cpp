@@ -89,8 +89,10 @@ TEST_F(OwnPass, TellsTheDelayThoughOthersAreInView) {
   const auto traces = traces_of(0.0);
   for (std::size_t i = 0; i < lit_.size(); ++i) {
     const OfferedPower offered = offer_power(lit_, i, site_, traces);
+    const auto pass = pass_of(i, traces);
+    ASSERT_TRUE(pass) << i;
     const auto result =
-        estimate_vehicle(tracks_[i], site_, offered.power, {{*pass_of(i, traces), traces}}).result;
+        estimate_vehicle(tracks_[i], site_, offered.power, {{*pass, traces}}).result;
     const auto row =
         std::ranges::find(result.methods, Method::delay_photodiodes, &MethodResult::method);
     ASSERT_NE(row, result.methods.end());
@@ -104,7 +106,7 @@ TEST_F(OwnPass, TellsTheDelayThoughOthersAreInView) {
 }
 
 TEST_F(OwnPass, OfAWrongClockNone) {
-  for (const double late_s : {-1.0, 1.0, 1.9}) {
+  for (const double late_s : {-4.0, -1.0, 1.0, 1.9, 4.0}) {  // 4 s: the pass of a neighbour
     const auto traces = traces_of(late_s);
     for (std::size_t i = 0; i < lit_.size(); ++i) EXPECT_FALSE(pass_of(i, traces)) << late_s;
   }
