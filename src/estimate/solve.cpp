@@ -89,7 +89,7 @@ Eigen::MatrixXd curvature(const ResidualsAt& residuals, const Minimum& at,
 
 Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, double tolerance,
                          double hopeless_cost) {
-  constexpr int kMostIterations = 200, kMostHopeless = 40;
+  constexpr int kMostIterations = 600, kMostHopeless = 40;
   // Residuals that are many sigmas large and bend make Gauss-Newton creep, or go to and fro.
   constexpr int kQuickIterations = 12;
   constexpr double kFirstDamping = 1e-6, kMostDamping = 1e12;

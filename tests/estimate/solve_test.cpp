@@ -139,7 +139,7 @@ std::optional<Residuals> runaway(const Eigen::VectorXd& x, bool with_slopes) {
 }
 
 TEST(Descend, GivesNothingWhereNoMinimumIsReached) {
-  EXPECT_EQ(std::get<Miss>(descend(runaway, Eigen::VectorXd::Zero(1), 1e-6)), Miss::not_converged);
+  EXPECT_EQ(std::get<Miss>(descend(runaway, Eigen::VectorXd::Zero(1), 0.0)), Miss::not_converged);
 }
 
 TEST(Descend, GivesUpWhereItIsHopelessAfterFortySteps) {
