@@ -151,8 +151,11 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& track, con
     if (best) {
       if (std::ranges::any_of(parts, [&](const SteadyPart& one) {
             return exclude_each_other(best->trajectory, one.fit.trajectory);
-          }))
+          })) {
+        warnings.push_back(
+            "parts of its track exclude each other: its lamps may be of two vehicles");
         return Miss::ambiguous_identity;
+      }
       first = std::move(*best);
       warnings.push_back("its motion or its lamps change in view: measured from " +
                          fixed_text(first.trajectory.from_s, 2) + " to " +
