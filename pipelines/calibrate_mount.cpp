@@ -161,8 +161,9 @@ void add_calibrate_mount(CLI::App& calibrate, int& exit_code) {
       "new site file holds the new means and standard deviations; the report tells each before "
       "and\n"
       "after, and what no pass can tell. See docs/calibration.md.\n"
-      "Exit codes: 0 done; 2 usage or site file; 3 a run cannot be read, or too few passes; 5 the\n"
-      "output cannot be written; 1 internal error.");
+      "Exit codes: 0 done; 2 usage or site file; 3 a run cannot be read, too few passes, or a "
+      "camera\n"
+      "that was moved between runs; 5 the output cannot be written; 1 internal error.");
   add_runs_arguments(*command, calibrate_mount, exit_code);
 }
 

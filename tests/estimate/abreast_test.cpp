@@ -5,6 +5,7 @@
 
 #include "delay_pass.h"
 #include "estimate/vehicle.h"
+#include "two_traces.h"
 
 namespace vildar {
 namespace {
@@ -15,25 +16,15 @@ struct Driven {
 
 // The power law's light of vehicles that all come abeam at 4 s, before two photodiodes 2 m apart.
 std::vector<PowerTrace> traces_of(const std::vector<Driven>& vehicles, Random& random) {
-  constexpr double kNoise_w = 1e-3, kPeriod_s = 1e-3, kAbeam_s = 4.0;
-  std::vector<PowerTrace> traces(2);
-  for (int k = 0; k < 2; ++k) {
-    PowerTrace& trace = traces[static_cast<std::size_t>(k)];
-    trace.photodiode = k;
-    trace.sample_period_s = kPeriod_s;
-    trace.noise_sigma_w = kNoise_w;
-    trace.ambient_sigma_w = 0.1 * kNoise_w;
-    for (double t_s = 0.0; t_s < 1.1 * kAbeam_s; t_s += kPeriod_s) {
-      double light_w = 0.0;
-      for (const Driven& vehicle : vehicles) {
-        const double ahead_m = vehicle.speed_mps * (kAbeam_s - t_s) - 2.0 * k;
-        if (ahead_m > 0.0) light_w += 100.0 / (ahead_m * ahead_m + vehicle.aside2_m2);
-      }
-      trace.time_s.push_back(t_s);
-      trace.power_w.push_back(static_cast<float>(light_w + kNoise_w * random.normal()));
+  constexpr double kNoise_w = 1e-3, kAbeam_s = 4.0;
+  return simulated::two_traces(1.1 * kAbeam_s, kNoise_w, random, [&](int k, double t_s) {
+    double light_w = 0.0;
+    for (const Driven& vehicle : vehicles) {
+      const double ahead_m = vehicle.speed_mps * (kAbeam_s - t_s) - 2.0 * k;
+      if (ahead_m > 0.0) light_w += 100.0 / (ahead_m * ahead_m + vehicle.aside2_m2);
     }
-  }
-  return traces;
+    return light_w;
+  });
 }
 
 // The reason is the photodiodes', though the power methods come first and want a gain.

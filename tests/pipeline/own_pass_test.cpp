@@ -7,14 +7,13 @@
 #include <gtest/gtest.h>
 
 #include "estimate/simulated_pass.h"
+#include "estimate/two_traces.h"
 #include "estimate/vehicle.h"
 #include "pipelines/run_passes.h"
 #include "pipelines/vehicle_power.h"
 
 namespace vildar {
 namespace {
-
-constexpr double kPeriod_s = 1e-3;
 
 // Three vehicles four seconds apart, each in view from 130 to 10 m: two at a time. Two photodiodes
 // 2 m apart whose clock is late by so much receive the law's light of all.
@@ -44,24 +43,14 @@ class OwnPass : public ::testing::Test {
 
   std::vector<PowerTrace> traces_of(double late_s) {
     constexpr double kNoise_w = 2e-5, kEnd_s = 18.0;
-    std::vector<PowerTrace> traces(2);
-    for (int k = 0; k < 2; ++k) {
-      PowerTrace& trace = traces[static_cast<std::size_t>(k)];
-      trace.photodiode = k;
-      trace.sample_period_s = kPeriod_s;
-      trace.noise_sigma_w = kNoise_w;
-      trace.ambient_sigma_w = 0.1 * kNoise_w;
-      for (double t_s = 0.0; t_s < kEnd_s; t_s += kPeriod_s) {
-        double light_w = 0.0;
-        for (const simulated::Vehicle& vehicle : vehicles_) {
-          const double ahead_m = vehicle.along_at_m(t_s - late_s) - 2.0 * k;
-          if (ahead_m > 0.0) light_w += 1.0 / (ahead_m * ahead_m + 16.0 + 3.35 * 3.35);
-        }
-        trace.time_s.push_back(t_s);
-        trace.power_w.push_back(static_cast<float>(light_w + kNoise_w * random_.normal()));
+    return simulated::two_traces(kEnd_s, kNoise_w, random_, [&](int k, double t_s) {
+      double light_w = 0.0;
+      for (const simulated::Vehicle& vehicle : vehicles_) {
+        const double ahead_m = vehicle.along_at_m(t_s - late_s) - 2.0 * k;
+        if (ahead_m > 0.0) light_w += 1.0 / (ahead_m * ahead_m + 16.0 + 3.35 * 3.35);
       }
-    }
-    return traces;
+      return light_w;
+    });
   }
 
   std::optional<PowerPass> pass_of(std::size_t own, const std::vector<PowerTrace>& traces) const {
