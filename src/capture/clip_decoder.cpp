@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <cstring>
 #include <new>
 
 extern "C" {
@@ -225,8 +226,15 @@ std::optional<double> ClipDecoder::declared_duration_s() const {
   if (stream_->duration != AV_NOPTS_VALUE && stream_->duration > 0)
     return static_cast<double>(stream_->duration) * av_q2d(stream_->time_base);
   if (container_->duration != AV_NOPTS_VALUE && container_->duration > 0 &&
-      container_->duration_estimation_method != AVFMT_DURATION_FROM_BITRATE)
-    return static_cast<double>(container_->duration) / AV_TIME_BASE;
+      container_->duration_estimation_method != AVFMT_DURATION_FROM_BITRATE) {
+    // Matroska's runs from stamp 0, wherever the stream starts.
+    const bool from_zero = std::strstr(container_->iformat->name, "matroska") != nullptr;
+    const std::int64_t before = from_zero && container_->start_time != AV_NOPTS_VALUE &&
+                                        container_->start_time < container_->duration
+                                    ? container_->start_time
+                                    : 0;
+    return static_cast<double>(container_->duration - before) / AV_TIME_BASE;
+  }
   return std::nullopt;
 }
 

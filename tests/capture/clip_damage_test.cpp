@@ -124,6 +124,17 @@ TEST(ClipDamage, WholeClipsAreNotCalledTruncated) {
   }
 }
 
+// As a recorder that cuts a long recording into files leaves them.
+TEST(ClipDamage, AClipWhoseStampsBeginLateIsWhole) {
+  const TemporaryFolder folder;
+  ClipSpec spec{.path = folder.path() / "late.mkv", .encoder = "mpeg4", .frames = 50};
+  for (int frame = 0; frame < spec.frames; ++frame) spec.stamps_ms.push_back(30'000 + 40 * frame);
+  write_clip(spec, test::luma_painter(noise));
+  ClipSource source(spec.path);
+  EXPECT_EQ(all_frames(source).size(), 50U);
+  EXPECT_FALSE(source.counts().truncated);
+}
+
 TEST(ClipDamage, FlippedBitsInTheMiddleAreSurvivedCountedAndNotPrinted) {
   const TemporaryFolder folder;
   for (const char* encoder : {"libx264", "mpeg4", "ffv1"}) {
