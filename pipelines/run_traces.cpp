@@ -23,6 +23,17 @@ void count_rejected(const PowerTrace& trace, const std::string& file, RunSummary
   }
 }
 
+// One clock stamps all photodiodes of a file.
+void warn_of_fall(const std::vector<PowerTrace>& traces, const std::string& file,
+                  RunSummary& summary) {
+  const auto fallen =
+      std::ranges::find_if(traces, [](const PowerTrace& trace) { return trace.fall.has_value(); });
+  if (fallen == traces.end()) return;
+  summary.warnings.push_back(file + ": t_s goes from " + number_text(fallen->fall->before_s) +
+                             " to " + number_text(fallen->fall->after_s) +
+                             "; where the logger's clock was set back, split the file there");
+}
+
 /// Missing samples, like pictures that a recorder dropped, are counted; what is there is sound.
 void count_gaps(const PowerTrace& trace, const std::string& file, RunSummary& summary) {
   constexpr double kGapPeriods = 2.5;
@@ -106,6 +117,11 @@ void warn_of_open_site(const std::vector<PowerTrace>& traces, const Site& site,
     if (std::ranges::find(traces, diode.id, &PowerTrace::photodiode_id) == traces.end())
       summary.warnings.push_back(file + ": has no column of photodiode " + diode.id + ", which " +
                                  site.file.string() + " describes; measuring without it");
+  if (site.channel && site.channel->gain_db && !site.channel->lamp_power_told)
+    summary.warnings.push_back(
+        site.file.string() +
+        ": channel.lamp_power_w is not given, which scales what gain_db says; taken as 1 W. Speeds "
+        "from the photodiode's level alone are off by as much as that is: measure it");
   for (const PowerTrace& trace : traces) {
     const PhotodiodeSite& diode = of(trace);
     if (traces.size() > 1 && !diode.gain_ratio_told)
@@ -140,6 +156,7 @@ std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
     if (!recording.rejected.empty())
       summary.rejected_samples["unreadable_rows"] = recording.rejected;
     std::vector<PowerTrace> traces = condition(std::move(recording), site);
+    warn_of_fall(traces, file, summary);
     std::size_t most_samples = 0;
     for (const PowerTrace& trace : traces) {
       summary.counts["samples_used_" + trace.photodiode_id] =

@@ -71,6 +71,7 @@ PhotodiodeRecording read_photodiode_sound(const std::filesystem::path& path,
   const auto channels = static_cast<std::size_t>(info.channels);
   PhotodiodeRecording recording;
   recording.quantity = PowerQuantity::counts;
+  recording.shares = true;
   const std::optional<int> bits = bits_of(info.format);
   std::vector<float> scale;
   for (std::size_t channel = 0; channel < channels; ++channel) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -214,6 +215,9 @@ void put_in_order(CleanSamples& clean) {
         return falls == 0;
       });
   if (increasing) return;
+  if (const auto falls = std::ranges::adjacent_find(time_s, std::ranges::greater());
+      falls != time_s.end())
+    clean.fall = StampFall{falls[0], falls[1]};
   const std::vector<std::size_t> selected = increasing_selection(time_s);
   std::vector<double> kept_s;
   std::vector<float> kept;
@@ -265,7 +269,7 @@ CleanSamples clean_samples(std::vector<double> time_s, std::vector<float> values
     for (std::size_t i = first; i < last; ++i) strange |= !(std::abs(time_s[i]) <= kMost_s);
     return strange == 0;
   });
-  CleanSamples finite{std::move(time_s), std::move(values), {}};
+  CleanSamples finite{std::move(time_s), std::move(values), {}, {}};
   if (!all_finite) keep_finite(finite);
   put_in_order(finite);
   if (finite.values.empty()) return finite;

@@ -38,15 +38,16 @@ double needed(const std::optional<double>& factor, const char* key, const char* 
 }
 
 /// What one unit of the recording is in watts.
-double watts_per_unit(PowerQuantity quantity, std::size_t index, const Site& site) {
+double watts_per_unit(PowerQuantity quantity, bool shares, std::size_t index, const Site& site) {
   const PhotodiodeSite& photodiode = site.photodiodes[index];
   if (quantity == PowerQuantity::power_w) return 1.0;
   double amperes = 1.0;
   if (quantity != PowerQuantity::current_a) {
     double volts = 1.0;
     if (quantity == PowerQuantity::counts) {
-      const std::optional<double>& scale =
-          photodiode.volts_per_count ? photodiode.volts_per_count : photodiode.full_scale_v;
+      const std::optional<double>& scale = photodiode.volts_per_count || !shares
+                                               ? photodiode.volts_per_count
+                                               : photodiode.full_scale_v;
       volts = needed(scale, "volts_per_count", "counts into volts", index, site);
     }
     amperes = volts / needed(photodiode.transimpedance_v_per_a, "transimpedance_v_per_a",
@@ -63,7 +64,7 @@ std::vector<PowerTrace> condition(PhotodiodeRecording recording, const Site& sit
   const std::size_t channels = recording.ids.size();
   for (std::size_t channel = 0; channel < channels; ++channel) {
     const std::size_t index = photodiode_named(recording.ids[channel], channels, site);
-    const double unit_w = watts_per_unit(recording.quantity, index, site);
+    const double unit_w = watts_per_unit(recording.quantity, recording.shares, index, site);
     const bool last = channel + 1 == channels;
     CleanSamples clean = clean_samples(last ? std::move(recording.time_s) : recording.time_s,
                                        std::move(recording.values[channel]), recording.quantity,
@@ -74,6 +75,7 @@ std::vector<PowerTrace> condition(PhotodiodeRecording recording, const Site& sit
     trace.time_s = std::move(clean.time_s);
     trace.power_w = std::move(clean.values);
     trace.rejected = std::move(clean.rejected);
+    trace.fall = clean.fall;
     if (unit_w != 1.0)
       for (float& power_w : trace.power_w) power_w = static_cast<float>(power_w * unit_w);
     set_noise(trace);

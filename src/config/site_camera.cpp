@@ -9,7 +9,7 @@
 namespace vildar {
 namespace {
 
-constexpr NumberRule kPixels{1.0, 100'000.0, false, false};
+constexpr NumberRule kPixels{1.0, 32'768.0, false, false};
 constexpr NumberRule kFocal_px{1.0, 1e6, false, false};
 constexpr NumberRule kExposure_s{0.0, 10.0, true, false};
 constexpr NumberRule kRollingShutter_s{0.0, 1.0, false, false};

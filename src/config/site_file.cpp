@@ -46,6 +46,10 @@ PhotodiodeSite read_photodiode(const YamlMap& map, bool alone, bool first) {
   map.read_degrees("half_field_of_view_deg", diode.half_field_of_view_rad, kHalfField_deg);
   map.read("area_m2", diode.area_m2, kPositive);
   map.read("gain_ratio", diode.gain_ratio, kPositive);
+  if (first && diode.gain_ratio.mean != 1.0)
+    map.problem(
+        "gain_ratio", "is to the first photodiode of the list, which this one is",
+        "leave it out here, divide the others' by it, and add 10 log10 of it to channel.gain_db");
   map.read("responsivity_a_per_w", diode.responsivity_a_per_w, kPositive);
   map.read("transimpedance_v_per_a", diode.transimpedance_v_per_a, kPositive);
   map.read("volts_per_count", diode.volts_per_count, kPositive);
@@ -91,12 +95,18 @@ LaneSite read_lane(const YamlMap& map) {
   return lane;
 }
 
-RoadSite read_road(const YamlMap& map) {
+// A vehicle that has its sensor with it is on the bend all along.
+RoadSite read_road(const YamlMap& map, bool from_vehicle) {
   RoadSite road;
   const bool knows_kind = map.has("kind");
   map.read("kind", road.kind, kRoadWords);
   map.read("straight_m", road.straight_m, kNotNegative);
   if (road.kind == RoadKind::curved) {
+    if (!from_vehicle && !map.has("straight_m"))
+      map.problem(
+          "straight_m", "is missing",
+          "give the metres along the road from the sensor to where the bend begins, 0 where "
+          "it is on the bend");
     map.require("radius_m", road.radius_m, kPositive);
     map.require("turn", road.turn, kTurnWords);
   } else {
@@ -191,6 +201,7 @@ ChannelSite read_channel(const YamlMap& map) {
   }
   map.read("luminous_efficacy_lm_per_w", channel.luminous_efficacy_lm_per_w, kPositive);
   map.read("lamp_power_w", channel.lamp_power_w, kPositive);
+  channel.lamp_power_told = map.has("lamp_power_w");
   return channel;
 }
 
@@ -226,10 +237,16 @@ Site read_site(const YamlMap& map) {
   if (!map.has("camera") && !map.has("photodiodes") && !map.has("photodiode"))
     map.problem("", "has neither a camera nor a photodiode", "add `camera:` or `photodiodes:`");
   map.read("mains_hz", site.mains_hz, kMains_hz);
-  if (const auto road = map.map("road")) site.road = read_road(*road);
+  if (const auto road = map.map("road")) site.road = read_road(*road, map.has("ego"));
   if (const auto lamps = map.map("lamps")) site.lamps = read_lamps(*lamps);
   if (const auto channel = map.map("channel")) site.channel = read_channel(*channel);
   if (const auto ego = map.map("ego")) site.ego = read_ego(*ego);
+  if (site.channel && !site.channel->beam.empty())
+    for (const PhotodiodeSite& diode : site.photodiodes)
+      if (!diode.area_m2)
+        map.problem(map.has("photodiodes") ? "photodiodes" : "photodiode",
+                    diode.id + " has no area_m2, which channel.beam needs",
+                    "give its sensitive area in square metres");
   return site;
 }
 

@@ -36,7 +36,14 @@ std::string text_of(const std::string& text) {
   return out + '"';
 }
 
-std::string number(double value) { return number_text(value); }
+// As YAML 1.1 reads a number, too: to it 1e-04 is a word.
+std::string number(double value) {
+  std::string text = number_text(value);
+  const auto exponent = text.find('e');
+  if (exponent != std::string::npos && text.find('.') == std::string::npos)
+    text.insert(exponent, ".0");
+  return text;
+}
 
 /// The shortest degrees that turn back into the same radians, where there are any.
 std::string degrees(double angle_rad) {
@@ -47,14 +54,14 @@ std::string degrees(double angle_rad) {
                                    std::chars_format::general, digits);
     double back_deg = 0.0;
     std::from_chars(text.data(), end.ptr, back_deg);
-    if (radians_from_degrees(back_deg) == angle_rad) return number_text(back_deg);
+    if (radians_from_degrees(back_deg) == angle_rad) return number(back_deg);
   }
   // Two conversions can round the same way and miss by a bit.
   for (const double towards : {-1e9, 1e9}) {
     const double near_deg = std::nextafter(angle_deg, towards);
-    if (radians_from_degrees(near_deg) == angle_rad) return number_text(near_deg);
+    if (radians_from_degrees(near_deg) == angle_rad) return number(near_deg);
   }
-  return number_text(angle_deg);
+  return number(angle_deg);
 }
 
 template <class Text>
@@ -63,7 +70,7 @@ std::string uncertain(const Uncertain& value, Text text) {
   return "{mean: " + text(value.mean) + ", std: " + text(value.std) + "}";
 }
 std::string number(const Uncertain& value) {
-  return uncertain(value, [](double v) { return number_text(v); });
+  return uncertain(value, [](double v) { return number(v); });
 }
 std::string degrees(const Uncertain& value) {
   return uncertain(value, [](double v) { return degrees(v); });
@@ -197,7 +204,7 @@ void write_channel(std::string& out, const ChannelSite& channel) {
       lines.put("half_power_angle_deg", degrees(*channel.half_power_angle_rad));
   }
   lines.put("luminous_efficacy_lm_per_w", number(channel.luminous_efficacy_lm_per_w));
-  lines.put("lamp_power_w", number(channel.lamp_power_w));
+  if (channel.lamp_power_told) lines.put("lamp_power_w", number(channel.lamp_power_w));
 }
 
 }  // namespace

@@ -15,6 +15,7 @@ namespace {
 /// too. Demosaicing spreads it in a way that no such function describes.
 Site site_as_told(const Scenario& scenario) {
   Site site = scenario.told_site.value_or(scenario.site);
+  if (!scenario.told_site && site.channel) site.channel->lamp_power_told = true;  // made so
   const ImageScene& image = scenario.image;
   if (site.camera && !site.camera->psf && !image.bayer)
     site.camera->psf = PsfSite{

@@ -124,10 +124,10 @@ Scenario load_scenario(const std::filesystem::path& file) {
   if (const auto item = root.find("told_site")) scenario.told_site = read_site_of(root, *item);
 
   std::set<std::string> ids;
-  const std::vector<YamlMap> vehicles = root.maps("vehicles");
+  if (!site) root.find("vehicles");  // what they may say depends on the site
   if (site) {
     scenario.site = *site;
-    for (const YamlMap& map : vehicles) {
+    for (const YamlMap& map : root.maps("vehicles")) {
       const auto vehicle = read_vehicle(map, {scenario.site, side});
       if (!vehicle) continue;
       if (!vehicle->id.empty() && !ids.insert(vehicle->id).second)

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@ enum class PowerQuantity : std::uint8_t { power_w, current_a, voltage_v, counts 
 /// read.
 struct PhotodiodeRecording {
   PowerQuantity quantity = PowerQuantity::power_w;
+  bool shares = false;  ///< counts are shares of full scale where nothing says what one is
   std::vector<std::string>
       ids;                     ///< one per channel; empty text for a file with one unnamed channel
   std::vector<double> time_s;  ///< photodiode clock, in file order
@@ -23,6 +25,13 @@ struct PhotodiodeRecording {
   std::map<std::string, std::int64_t> rejected;  ///< reason -> rows that could not be read
   bool damaged = false;               ///< something in the file was unreadable or inconsistent
   std::vector<std::string> warnings;  ///< each names file, line, fault and remedy
+};
+
+/// Stamps of two samples in a row of which the second is earlier.
+struct StampFall {
+  double before_s = 0.0, after_s = 0.0;
+
+  bool operator==(const StampFall&) const = default;
 };
 
 /// What is known of a photodiode's trace as a whole, and of any part of it.
@@ -39,6 +48,7 @@ struct PowerTraceFacts {
   double flicker_w = 0.0;         ///< amplitude of the mains flicker taken out
   double drift_w = 0.0;           ///< range of the slow changes of ambient light taken out
   std::map<std::string, std::int64_t> rejected;  ///< reason -> samples left out
+  std::optional<StampFall> fall;                 ///< the first, where stamps go back
 
   bool operator==(const PowerTraceFacts&) const = default;
 };

@@ -123,6 +123,7 @@ struct ChannelSite {
   std::string beam;  ///< low_beam, high_beam or an LM-63 file; empty where the power law holds
   double luminous_efficacy_lm_per_w = 300.0;
   Uncertain lamp_power_w{1.0, 0.0};
+  bool lamp_power_told = true;  ///< false: the paper's transmitter, as a guess
 
   bool beam_is_file() const { return !beam.empty() && beam != "low_beam" && beam != "high_beam"; }
   bool operator==(const ChannelSite&) const = default;

@@ -91,8 +91,9 @@ TEST(Condition, QuantitiesBecomeWattsByTheSitesFactors) {
   EXPECT_NEAR(first_w(PowerQuantity::counts) / 6e-10F, 1.0F, kFloat);
   pd.volts_per_count.reset();
   pd.full_scale_v = 10.0;  // samples are fractions of full scale, as in a sound file
-  const PowerTrace fraction =
-      condition(recording_of(PowerQuantity::counts, {0, 1}, {0.25F, 0.5F}), site).at(0);
+  PhotodiodeRecording sound = recording_of(PowerQuantity::counts, {0, 1, 2}, {0.25F, 0.5F, 1.001F});
+  sound.shares = true;
+  const PowerTrace fraction = condition(std::move(sound), site).at(0);
   EXPECT_NEAR(fraction.power_w.at(0) / 5e-6F, 1.0F, kFloat);
 }
 
@@ -107,6 +108,9 @@ TEST(Condition, AFactorThatIsMissingIsNamed) {
   EXPECT_NE(error(PowerQuantity::current_a).find("photodiodes[0].responsivity_a_per_w"),
             std::string::npos);
   EXPECT_EQ(error(PowerQuantity::power_w), "no error");
+  // Full scale says what shares of it are, not what a count is.
+  site.photodiodes[0].full_scale_v = 3.3;
+  EXPECT_NE(error(PowerQuantity::counts).find("photodiodes[0].volts_per_count"), std::string::npos);
 }
 
 TEST(Condition, BadSamplesAreLeftOutAndCountedByReason) {
@@ -282,8 +286,9 @@ TEST(Condition, SamplesAtEitherEndOfAKnownRangeAreClipped) {
   pd.full_scale_v = 2.0;
   const auto clipped = [&](PowerQuantity quantity, std::vector<float> values) {
     const std::size_t count = values.size();
-    const PowerTrace trace =
-        condition(recording_of(quantity, steady_times(count), std::move(values)), site).at(0);
+    PhotodiodeRecording recording = recording_of(quantity, steady_times(count), std::move(values));
+    recording.shares = true;  // counts without volts
+    const PowerTrace trace = condition(std::move(recording), site).at(0);
     const auto found = trace.rejected.find("clipped");
     return found == trace.rejected.end() ? 0 : found->second;
   };

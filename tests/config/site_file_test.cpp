@@ -171,6 +171,39 @@ TEST(SiteFile, AGainRatioLeftOutIsNotKnownToBeOne) {
   EXPECT_TRUE(told.photodiodes[1].gain_ratio_told);
 }
 
+// A vehicle that has its sensor with it is on the bend all along.
+TEST(SiteFile, WhereABendBeginsIsAskedForWhereTheSensorStands) {
+  const TemporaryFolder folder;
+  const std::string site =
+      "version: 1\nphotodiode: {position_m: [0, 0, 5]}\n"
+      "road: {kind: curved, radius_m: 40, turn: left}\n";
+  const auto problems = problems_of(folder.write("site.yaml", site));
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_EQ(problems[0].key, "road.straight_m");
+  EXPECT_TRUE(problems_of(folder.write("site.yaml", site + "ego: {speed_mps: 10}\n")).empty());
+  EXPECT_TRUE(
+      problems_of(folder.write("site.yaml", with(site, "turn: left", "turn: left, straight_m: 0")))
+          .empty());
+}
+
+TEST(SiteFile, ALampPowerLeftOutIsNotKnownToBeOneWatt) {
+  const TemporaryFolder folder;
+  const std::string key =
+      "  lamp_power_w: 1.0                      # optical, of the whole vehicle\n";
+  const Site left_out = load_site(folder.write("site.yaml", with(kContractSite, key, "")));
+  EXPECT_FALSE(left_out.channel->lamp_power_told);
+  EXPECT_EQ(effective_site_yaml(left_out).find("lamp_power_w"), std::string::npos);
+  EXPECT_TRUE(load_site(folder.write("site.yaml", kContractSite)).channel->lamp_power_told);
+}
+
+// To YAML 1.1 a number without a point is none where it has an exponent.
+TEST(SiteFile, SmallNumbersAreWrittenAsNumbersForEveryReader) {
+  const TemporaryFolder folder;
+  const Site site = load_site(folder.write("site.yaml", kContractSite));
+  const std::string text = effective_site_yaml(site);
+  EXPECT_NE(text.find("area_m2: 1.0e-04"), std::string::npos) << text;
+}
+
 TEST(SiteFile, AnAngleOfTheCameraLeftOutIsUnknownAndNotZero) {
   const TemporaryFolder folder;
   const std::string angles = "  yaw_deg: 0.0\n  pitch_deg: -4.0\n  roll_deg: 0.0\n";
@@ -247,6 +280,8 @@ TEST(SiteFile, EachRuleBrokenAloneIsNamedWithKeyAndLine) {
       {"area_m2: 1.0e-4", "aera_m2: 1.0e-4", "photodiodes[0].aera_m2", "aera_m2"},
       {"gain_ratio: {mean: 1.0, std: 0.002}", "gain_ratio: -1", "photodiodes[0].gain_ratio",
        "gain_ratio: -1"},
+      {"gain_ratio: {mean: 1.0, std: 0.002}", "gain_ratio: 2", "photodiodes[0].gain_ratio",
+       "gain_ratio: 2"},
       {"responsivity_a_per_w: 0.45", "responsivity_a_per_w: 0",
        "photodiodes[0].responsivity_a_per_w", "per_w: 0"},
       {"transimpedance_v_per_a: 1.0e6", "transimpedance_v_per_a: x",
@@ -365,6 +400,10 @@ TEST(SiteFile, TheBeamStandsInPlaceOfThePowerLaw) {
             std::string::npos);
   EXPECT_NE(problem_of(with(kContractSite, law, "  beam: absent.ies\n")).fault.find("not exist"),
             std::string::npos);
+  const std::string no_area = with(kContractSite, "  area_m2: 1.0e-4\n", "");
+  EXPECT_NE(problem_of(with(no_area, law, "  beam: low_beam\n")).fault.find("pd0 has no area_m2"),
+            std::string::npos);
+  EXPECT_TRUE(problems_of(folder.write("site.yaml", no_area)).empty());
   const std::string both = with(kContractSite, law, "  beam: low_beam\n" + law);
   const auto problems = problems_of(folder.write("site.yaml", both));
   ASSERT_EQ(problems.size(), 2u);

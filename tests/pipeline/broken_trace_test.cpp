@@ -108,6 +108,8 @@ TEST_F(BrokenTrace, SamplesThatCannotBeUsedAreFourCountedAndNamed) {
        },
        "501 samples of pd0 left out: stuck"},
       {[](auto& all) { std::swap(all[100], all[200]); }, "2 samples of pd0 left out: out_of_order"},
+      {[](auto& all) { std::swap(all[100], all[200]); },
+       "t_s goes from 0.4 to 0.202; where the logger's clock was set back"},
       {[](auto& all) {
          for (int k = 100; k < 110; ++k) all[k].t_s = all[99].t_s;
        },
@@ -180,9 +182,20 @@ TEST_F(BrokenTrace, ColumnsInAnyOrderGiveTheSameAndOneLeftOutIsNamed) {
               {"photodiodes[1].gain_ratio is not given; taken as 1 +- 0.05",
                "photodiodes[1].time_offset_s is not that of photodiodes[0].time_offset_s"});
   const std::string expected = speeds();
+  EXPECT_EQ(run_json().find("lamp_power_w is not given"), std::string::npos);
   EXPECT_EQ(run_two(turned).code, 0);
   EXPECT_EQ(speeds(), expected);
   expect_told(run_two(alone), 0, {"has no column of photodiode b", "measuring without it"});
+}
+
+TEST_F(BrokenTrace, ALampPowerThatIsNotToldIsNamed) {
+  const std::string site = write(
+      "untold.yaml",
+      "version: 1\nphotodiode: {position_m: [0, 0, 5]}\n"
+      "road:\n  lanes:\n    - {id: near, lateral_m: -3.4, width_m: 3.5, direction: oncoming}\n"
+      "lamps: {height_m: 0.68}\nchannel: {gain_db: -50, path_loss_exponent: 2}\n");
+  expect_told(run({"--photodiode", write("trace.csv", text(rows())), "--site", site}), 0,
+              {"channel.lamp_power_w is not given", "taken as 1 W", "measure it"});
 }
 
 TEST_F(BrokenTrace, StampsThatAreNoSecondsAreNamed) {

@@ -98,8 +98,10 @@ TEST_F(LoadScenario, FindsTheSiteFileBesideIt) {
   written("place.yaml", site);
   const Scenario scenario = loaded("duration_s: 1\nsite: place.yaml\n");
   EXPECT_EQ(scenario.site.camera.value().width_px, 320);
-  EXPECT_NE(problems("duration_s: 1\nsite: nowhere.yaml\n").find("nowhere.yaml"),
-            std::string::npos);
+  const std::string found =
+      problems("duration_s: 1\nsite: nowhere.yaml\nvehicles:\n  - {id: a, speed_mps: 20}\n");
+  EXPECT_NE(found.find("nowhere.yaml"), std::string::npos);
+  EXPECT_EQ(found.find("vehicles"), std::string::npos) << found;
 }
 
 TEST_F(LoadScenario, OnACurveTheRangeIsX) {
