@@ -15,6 +15,7 @@
 #include "pipelines/commands.h"
 #include "pipelines/interrupt.h"
 #include "pipelines/progress.h"
+#include "pipelines/safe_output.h"
 
 namespace vildar {
 namespace {
@@ -169,6 +170,8 @@ std::string json_report(const PsfCalibration& found, const Gathered& gathered) {
 }
 
 void calibrate_psf_of_clips(const PsfArguments& arguments) {
+  refuse_to_replace(arguments.out, ".yaml", {arguments.site});
+  refuse_to_replace(arguments.out, ".yaml", arguments.clips);
   Site site = load_site(arguments.site);
   const Gathered gathered = gather(arguments, site);
   const PsfCalibration found = calibrated(gathered);

@@ -9,6 +9,7 @@
 #include "config/site_file.h"
 #include "core/error.h"
 #include "core/text.h"
+#include "pipelines/safe_output.h"
 
 namespace vildar {
 
@@ -23,11 +24,8 @@ void add_runs_arguments(CLI::App& command, std::function<void(const RunsArgument
   command.add_option("--out", arguments->out, "Site file to write")->required();
   command.add_flag("--json", arguments->json, "Print JSON in place of the text");
   command.callback([arguments, calibrate = std::move(calibrate), &exit_code] {
-    std::error_code error;
-    if (fs::equivalent(arguments->site, arguments->out, error))
-      throw ConfigError({{arguments->out.string(), 0, "",
-                          "is the site file to learn from, whose comments would be lost",
-                          "choose another --out"}});
+    refuse_to_replace(arguments->out, ".yaml", {arguments->site});
+    refuse_to_replace(arguments->out, ".yaml", arguments->runs);
     calibrate(*arguments);
     exit_code = 0;
   });

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "evaluate/report.h"
 #include "pipelines/commands.h"
+#include "pipelines/safe_output.h"
 
 namespace vildar {
 namespace {
@@ -48,6 +49,8 @@ EvaluateOptions options_of(const std::filesystem::path& truth_folder) {
 int evaluate_folders(const EvaluateArguments& arguments) {
   std::vector<Requirement> requirements;
   for (const std::string& text : arguments.require) requirements.push_back(parse_requirement(text));
+  if (!arguments.out.empty())
+    refuse_to_replace(arguments.out, ".json", {arguments.run, arguments.truth});
   const RunFolder run = read_run_folder(arguments.run);
   const Evaluation evaluation =
       evaluate(read_truth_folder(arguments.truth), run, options_of(arguments.truth));
@@ -91,7 +94,7 @@ void add_evaluate(CLI::App& program, int& exit_code) {
   command->add_option("TRUTH_DIR", arguments->truth, "Folder that holds the truth")->required();
   command->add_option("--require", arguments->require,
                       "Bound to keep, e.g. 'recall>=0.95'; several");
-  command->add_option("--out", arguments->out, "Also write the JSON to this file");
+  command->add_option("--out", arguments->out, "Also write the JSON to this file, none of those that are read");
   command->add_flag("--json", arguments->json, "Print JSON in place of the tables");
   command->callback([arguments, &exit_code] { exit_code = evaluate_folders(*arguments); });
 }

@@ -1,6 +1,8 @@
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <new>
+#include <string>
 
 #include <CLI/CLI.hpp>
 
@@ -30,17 +32,34 @@ void check_standard_output() {
     throw vildar::OutputError("standard output cannot be written; look for space where it goes to");
 }
 
-// The first word names a subcommand, where it is no option.
-void check_subcommand(const CLI::App& program, int argc, char** argv) {
-  if (argc < 2 || argv[1][0] == '-') return;
+// The first word names a subcommand, where it is no option, and so does the one after it where that
+// asks for one itself.
+void check_subcommand(const CLI::App& command, int argc, char** argv) {
+  const auto below = command.get_subcommands([](const CLI::App*) { return true; });
+  if (command.get_require_subcommand_min() == 0 || argc < 2 || argv[1][0] == '-') return;
   std::string names;
-  for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; })) {
-    if (command->get_name() == argv[1]) return;
-    names += (names.empty() ? "" : ", ") + command->get_name();
+  for (const CLI::App* one : below) {
+    if (one->get_name() == argv[1]) return check_subcommand(*one, argc - 1, argv + 1);
+    names += (names.empty() ? "" : ", ") + one->get_name();
   }
-  throw CLI::ExtrasError(
-      "\"" + std::string(argv[1]) + "\" is no subcommand of this version, which has " + names,
-      CLI::ExitCodes::ExtrasError);
+  throw CLI::ExtrasError("\"" + std::string(argv[1]) + "\" is no subcommand of this version" +
+                             (command.get_name() == "vildar" ? "" : " of " + command.get_name()) +
+                             ", which has " + names,
+                         CLI::ExitCodes::ExtrasError);
+}
+
+// No option and no file has an empty value: it is a script's variable that is not set.
+void refuse_empty_values(CLI::App& command) {
+  for (CLI::Option* option : command.get_options())
+    if (option->get_expected_min() > 0)
+      option->check(
+          [](const std::string& value) {
+            return value.empty() ? std::string("is empty; give it a value or leave it out")
+                                 : std::string();
+          },
+          "");
+  for (CLI::App* below : command.get_subcommands([](const CLI::App*) { return true; }))
+    refuse_empty_values(*below);
 }
 
 }  // namespace
@@ -59,6 +78,7 @@ int main(int argc, char** argv) {
   vildar::add_evaluate(program, exit_code);
   vildar::add_simulate(program, exit_code);
   vildar::add_calibrate(program, exit_code);
+  refuse_empty_values(program);
 
   try {
     check_subcommand(program, argc, argv);
@@ -77,6 +97,11 @@ int main(int argc, char** argv) {
     return failed(kOutputUnwritable, error);
   } catch (const vildar::Interrupted& interrupted) {
     return failed(kKilledBySignal + interrupted.signal(), interrupted);
+  } catch (const std::bad_alloc&) {
+    std::cerr
+        << "vildar: not enough memory for this input; give it less at once, or a machine with "
+           "more\n";
+    return kInternalError;
   } catch (const std::exception& error) {
     return failed(kInternalError, error);
   }

@@ -35,6 +35,9 @@ AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) fail(folder, "folder cannot be made", error.value());
+  if (const auto status = fs::status(path_, error);
+      fs::exists(status) && !fs::is_regular_file(status))
+    throw OutputError(path_.string() + ": is a folder, a device or a pipe; choose another name");
   // The extension stays last: libavformat picks the container by it.
   part_path_ = folder / ("." + path_.stem().string() + "." + std::to_string(::getpid()) + ".part" +
                          path_.extension().string());

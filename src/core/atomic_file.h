@@ -10,8 +10,8 @@ namespace vildar {
 /// `.STEM.PID.part.EXT`; `finish()` flushes it to the disk, `commit()` renames it and flushes the
 /// folder. Files that belong together are finished all before the first is committed: a disk that
 /// is full then leaves none of them. Destroyed without commit, the sibling is removed and what
-/// stood under the name before stays. Every failure (folder missing, read-only, disk full) throws
-/// OutputError naming the file.
+/// stood under the name before stays. Every failure (folder missing, read-only, disk full, a
+/// folder or a device under that name) throws OutputError naming the file.
 class AtomicFile {
  public:
   /// Creates the missing parent folders.

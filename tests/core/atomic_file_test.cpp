@@ -1,5 +1,7 @@
 #include "core/atomic_file.h"
 
+#include <sys/stat.h>
+
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -76,6 +78,14 @@ TEST(AtomicFile, APlaceThatCannotHoldItIsAnOutputErrorNamingIt) {
   std::filesystem::create_directory(folder.path() / "folder");
   EXPECT_THROW(write_file_atomically(folder.path() / "folder", "text"), OutputError);
   EXPECT_EQ(files_in(folder.path()), 2u);  // no part left behind
+}
+
+TEST(AtomicFile, APipeIsNotReplaced) {
+  const TemporaryFolder folder;
+  const auto pipe = folder.path() / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THROW(write_file_atomically(pipe, "text"), OutputError);
+  EXPECT_TRUE(std::filesystem::is_fifo(pipe));
 }
 
 TEST(AtomicFile, APartThatWasTakenAwayIsAnOutputError) {

@@ -244,6 +244,7 @@ TEST_F(Calibrate, SaysWhatIsMissing) {
                 "  principal_px: [320, 180]\n  position_m: [0, 0, 5]\n");
   const std::string site = path("site.yaml"), out = path("out.yaml");
   test::expect_told(run({"calibrate"}), 2, {"subcommand"});
+  test::expect_told(run({"calibrate", "camera", "--help"}), 2, {"\"camera\"", "mount"});
   test::expect_told(run({"calibrate", "mount", path("none"), "--site", site, "--out", out}), 3,
                     {"speeds.csv"});
   folder_.write("speeds.csv", "track_id,direction,status\n1,oncoming,measured\n");
@@ -257,6 +258,9 @@ TEST_F(Calibrate, SaysWhatIsMissing) {
                 "v_left_std_px,u_right_std_px,v_right_std_px\n0,0,1,5,5,9,5,0.1,0.1,0.1,0.1\n");
   test::expect_told(run({"calibrate", "mount", run_folder, "--site", site, "--out", out}), 3,
                     {"1 passes", "at least five"});
+  test::expect_told(
+      run({"calibrate", "mount", run_folder, "--site", site, "--out", path("speeds.csv")}), 2,
+      {"speeds.csv", "in a folder that is read"});
   const std::string again = run_folder + "/../" + folder_.path().filename().string() + "/";
   test::expect_told(run({"calibrate", "mount", run_folder, again, "--site", site, "--out", out}), 2,
                     {"given twice"});

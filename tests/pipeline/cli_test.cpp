@@ -76,6 +76,11 @@ TEST_F(Cli, WrongUsageIsTwo) {
     EXPECT_NE(unknown.err.find("\"rnu\" is no subcommand"), std::string::npos) << unknown.err;
     EXPECT_NE(unknown.err.find("run, render"), std::string::npos) << unknown.err;
   }
+  for (const char* words : {"run clip.mp4 --site site.yaml --out ''", "render '' --out there"}) {
+    const auto empty = run(words);
+    EXPECT_EQ(empty.code, 2) << words;
+    EXPECT_NE(empty.err.find("is empty"), std::string::npos) << empty.err;
+  }
   const Ran nothing = run("run" + site() + out());
   EXPECT_EQ(nothing.code, 2);
   EXPECT_NE(nothing.err.find("neither a clip nor a photodiode"), std::string::npos) << nothing.err;

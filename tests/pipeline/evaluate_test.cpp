@@ -66,6 +66,19 @@ TEST_F(EvaluateCommand, PrintsTablesOrJsonAndWritesTheJson) {
   EXPECT_EQ(stdout_.front(), '{');
 }
 
+// What it wrote itself it may write again.
+TEST_F(EvaluateCommand, DoesNotWriteOverWhatItReads) {
+  const std::string speeds = test::bytes_of(folder_.path() / "speeds.csv");
+  for (const char* name : {"speeds.csv", "truth_vehicles.csv", "run.json"}) {
+    if (!std::filesystem::exists(folder_.path() / name)) folder_.write(name, "{}");
+    EXPECT_THROW(run({"--out", (folder_.path() / name).string()}), ConfigError) << name;
+  }
+  EXPECT_EQ(test::bytes_of(folder_.path() / "speeds.csv"), speeds);
+  const std::string scores = (folder_.path() / "scores.json").string();
+  EXPECT_EQ(run({"--out", scores}), 0);
+  EXPECT_EQ(run({"--out", scores}), 0);
+}
+
 TEST_F(EvaluateCommand, ABrokenRequirementExitsSixAndNamesIt) {
   EXPECT_EQ(run({"--require", "recall>=0.95", "--require", "max_error_kmh<=3"}), 0);
   EXPECT_EQ(run({"--require", "recall>=0.95", "max_error_kmh<=1.5"}), 6);
