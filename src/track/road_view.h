@@ -76,6 +76,7 @@ class RoadView {
   std::vector<double> lane_centres_m(Direction direction) const;
   double camera_lateral_m() const { return camera_.position_m().y(); }
   double camera_height_m() const { return camera_.position_m().z(); }
+  double exposure_s() const { return site_.camera->exposure_s.value_or(kUnknownExposure_s); }
   double yaw_sigma_rad() const { return site_.camera->yaw_rad.std; }
   double focal_px() const { return focal_px_; }
   double picture_px_per_usual() const {
@@ -93,6 +94,7 @@ class RoadView {
   double inverse_depth_sigma_per_m(const LampPlace& place) const;
 
  private:
+  static constexpr double kUnknownExposure_s = 0.02;  // of most clips at night, at most
   struct DepthFit {
     double inverse_depth_per_m, chi2, sigma_ln;
   };

@@ -51,6 +51,22 @@ bool hangs_below(const Blob& light, const Blob& lamp) {
          lamp.centre_px.x() <= light.box.u_max;
 }
 
+// Headlamps and the fog lamps below them are one light where both clip: taller than wide, by more
+// than a lamp that comes at `kFastest_mps` is drawn out within the exposure.
+bool holds_one_below(const Blob& blob, const RoadView& view) {
+  constexpr double kLeastTaller_px = 2.0, kTallerShare = 0.25, kFastest_mps = 40.0;
+  if (blob.kind != LampKind::headlamp || blob.saturated_px == 0 ||
+      has(blob.defects, Defect::cut_by_edge))
+    return false;
+  const double width = width_px(blob.box), taller_px = height_px(blob.box) - width;
+  if (taller_px < std::max(kLeastTaller_px, kTallerShare * width)) return false;
+  const auto at_px = view.spot_from_pixel(blob.centre_px);
+  if (!at_px) return false;
+  const LampPlace at = view.place(*at_px);
+  return taller_px > kLeastTaller_px + view.exposure_s() * kFastest_mps * at.inverse_depth_per_m *
+                                           std::abs(at.toward_px.y());
+}
+
 Spot spot_of(const Blob& blob, const Eigen::Vector2d& centre_px, const Eigen::Vector2d& at_px) {
   constexpr double kFloor_px = 0.3, kShareOfSize = 0.06;
   Spot spot;
@@ -67,6 +83,7 @@ Spot spot_of(const Blob& blob, const Eigen::Vector2d& centre_px, const Eigen::Ve
 
 std::vector<Spot> spots_of(const BlobFrame& frame, const RoadView& view) {
   constexpr double kTopShare = 0.25;  // of the width, how well the top tells where the lamp is
+  constexpr double kSideShare = 0.1;  // the lower of two lamps need not be right below
   std::vector<Spot> spots;
   for (const Blob& blob : frame.blobs) {
     Eigen::Vector2d centre_px = blob.centre_px;
@@ -74,18 +91,22 @@ std::vector<Spot> spots_of(const BlobFrame& frame, const RoadView& view) {
     const bool streak =
         drawn_out && std::any_of(frame.blobs.begin(), frame.blobs.end(),
                                  [&](const Blob& lamp) { return shines_above(lamp, blob, view); });
-    if (drawn_out && !streak && blob.kind != LampKind::other)
-      centre_px.y() = blob.box.v_min + 0.5 * (width_px(blob.box) - 1.0);
+    const bool with_streak = drawn_out && !streak && blob.kind != LampKind::other;
+    const bool holds_two = !drawn_out && holds_one_below(blob, view);
+    if (with_streak || holds_two) centre_px.y() = blob.box.v_min + 0.5 * (width_px(blob.box) - 1.0);
     const auto at_px = view.spot_from_pixel(centre_px);
     if (!at_px) continue;
     Spot& spot = spots.emplace_back(spot_of(blob, centre_px, *at_px));
     spot.streak = streak;
-    spot.with_streak = drawn_out && !streak && blob.kind != LampKind::other;
+    spot.with_streak = with_streak;
     const auto holds = [&](const Blob& light) { return hangs_below(light, blob); };
     const bool touches = spot.with_streak || std::ranges::any_of(frame.blobs, holds);
-    if (touches)
+    if (touches || holds_two)
       spot.centre_sigma_px.y() =
           std::hypot(spot.centre_sigma_px.y(), kTopShare * width_px(blob.box));
+    if (holds_two)
+      spot.centre_sigma_px.x() =
+          std::hypot(spot.centre_sigma_px.x(), kSideShare * width_px(blob.box));
     spot.casts_image =
         !streak && (touches || std::ranges::any_of(frame.blobs, [&](const Blob& light) {
                       return is_drawn_out(light) && shines_above(blob, light, view);

@@ -33,6 +33,27 @@ TEST(Spots, ALampIsLessSureOfItsHeightWhereLightHangsBelowIt) {
     EXPECT_NEAR(height_sigma_px({lamp, blob_in(apart)}), kAlone_px, 1e-9) << apart.u_min;
 }
 
+// Headlamp and fog lamp, each 10 px wide, clip as one light of 10 x 15.
+TEST(Spots, ALampThatClipsTogetherWithOneBelowItIsAtTheTop) {
+  Site site = scene::site_of(5.0, -6.0, 1400.0, 1920, 1080);
+  Blob both = blob_in({1000, 600, 1009, 614});
+  both.saturated_px = 120;
+  const auto seen = [&](const Blob& blob, double exposure_s) {
+    site.camera->exposure_s = exposure_s;
+    return spots_of({0, CameraTime{}, {blob}}, RoadView(site)).front();
+  };
+  const Spot spot = seen(both, 0.001);
+  EXPECT_NEAR(spot.centre_px.y(), 604.5, 1e-9);
+  EXPECT_NEAR(spot.centre_sigma_px.y(), std::hypot(0.1, 2.5), 1e-9);
+  EXPECT_NEAR(spot.centre_sigma_px.x(), std::hypot(0.1, 1.0), 1e-9);
+  EXPECT_FALSE(spot.casts_image);
+  // A lamp may be drawn out that far in a long exposure, and one that does not clip shows its
+  // middle.
+  EXPECT_NEAR(seen(both, 0.04).centre_px.y(), both.centre_px.y(), 1e-9);
+  both.saturated_px = 0;
+  EXPECT_NEAR(seen(both, 0.001).centre_px.y(), both.centre_px.y(), 1e-9);
+}
+
 // A lamp 90 m away, 5 px wide, whose own image on the road makes one blob of 5 x 31 with it. The
 // image of a lamp 40 m farther on ends above that blob's middle.
 TEST(Spots, ALampWithItsStreakIsNoStreakOfALampFartherOn) {
