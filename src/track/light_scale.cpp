@@ -4,11 +4,19 @@
 #include <cmath>
 
 #include "core/median.h"
+#include "optics/lamp_colour.h"
 
 namespace vildar {
 namespace {
 
 constexpr std::size_t kFewest = 3, kMost = 32;
+
+std::optional<double> upper_quartile(std::vector<double> strengths, std::size_t fewest) {
+  if (strengths.size() < fewest) return std::nullopt;
+  const auto upper = strengths.begin() + static_cast<std::ptrdiff_t>(3 * strengths.size() / 4);
+  std::nth_element(strengths.begin(), upper, strengths.end());
+  return *upper;
+}
 
 }  // namespace
 
@@ -26,16 +34,28 @@ void LightScale::add(LampKind kind, double strength, double slope_down, bool cli
   memory.next = (memory.next + 1) % kMost;
 }
 
+void LightScale::see_colour(double cr, double cb) {
+  colour_sum_ += std::hypot(cr, cb);
+  red_ += tail_lamp_log_odds(cr, cb) > 0.0;
+  ++lights_;
+}
+
+bool LightScale::colourless() const {
+  constexpr double kNearGrey = 0.01, kSeldomRed = 0.005;
+  return colour_sum_ < kNearGrey * lights_ && red_ < kSeldomRed * lights_;
+}
+
 std::optional<double> LightScale::typical(LampKind kind) const {
-  const auto upper_quartile = [](std::vector<double> strengths) -> std::optional<double> {
-    if (strengths.size() < kFewest) return std::nullopt;
-    const auto upper = strengths.begin() + static_cast<std::ptrdiff_t>(3 * strengths.size() / 4);
-    std::nth_element(strengths.begin(), upper, strengths.end());
-    return *upper;
-  };
-  const std::optional<double> tail = upper_quartile(tail_.strengths);
+  const auto tail = upper_quartile(tail_.strengths, kFewest);
   if (kind == LampKind::taillamp) return tail;
-  return std::max(upper_quartile(head_.strengths), tail);
+  return std::max(upper_quartile(head_.strengths, kFewest), tail);
+}
+
+std::optional<double> LightScale::at_least(LampKind kind) const {
+  constexpr double kFewDifferLn = 1.0;
+  if (const auto known = typical(kind)) return known;
+  const auto few = upper_quartile(of(kind).strengths, 1);
+  return few ? std::optional(*few - kFewDifferLn) : std::nullopt;
 }
 
 double LightScale::dimmer_ln(double slope_down, LampKind kind) const {

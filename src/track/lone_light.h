@@ -13,8 +13,8 @@ struct LoneLight {
   double mirrored_share = 0.0;  ///< drawn out like, or below another lamp like, its mirror image
   double clipped_share = 0.0;
   bool lamps_clip = false;  ///< those of this scene mostly do
-  /// ln of its strength less that of strong lamps of this scene (LightScale); nothing where
-  /// unknown.
+  /// ln of its strength less that of strong lamps of this scene (LightScale), 0 at most where only
+  /// one or two are known; nothing where none is.
   std::optional<double> strength_ln;
   double misshapen_share = 0.0;   ///< see below
   double unlike_share = 0.0;      ///< no sharp peak in the picture: LampKind::other

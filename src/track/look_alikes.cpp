@@ -78,14 +78,18 @@ bool may_glint_of(const Lamp& lamp, const Lamp& source, const RoadView& view) {
 // Are the lamps of `lower` the far end of the streaks that the lamps of `source` draw on the road?
 // They stand as far apart in the image as those, where a vehicle's would be `nearer` times as far,
 // which its separation tells only where that is much.
-bool is_image_of(const Vehicle& lower, const Vehicle& source, const RoadView& view) {
+bool is_image_of(const Vehicle& lower, const Vehicle& source, const RoadView& view,
+                 std::int64_t frame) {
   constexpr double kTold = 1.3;  // two standard deviations of two separations
   const double nearer = lower.inverse_depth_per_m / source.inverse_depth_per_m;
   const double ratio = lower.width_per_depth / source.width_per_depth;
   if (!(nearer > kTold && ratio * ratio < nearer && ratio * ratio > 1.0 / nearer)) return false;
-  const auto left = heights_below(*lower.left, *source.left, view);
-  const auto right = heights_below(*lower.right, *source.right, view);
-  return left && right && std::max(*left, *right) < kLongestStreak;
+  const auto below = [&](const Lamp& lamp, const Lamp& above) {
+    if (!lamp.seen_at(frame)) return true;
+    const auto heights = heights_below(lamp, above, view);
+    return heights && *heights < kLongestStreak;
+  };
+  return below(*lower.left, *source.left) && below(*lower.right, *source.right);
 }
 
 // Number plate, bonnet, fog lamp, roof: within the body of a vehicle that has its lamps. The body
@@ -217,11 +221,15 @@ void note_look_alikes(const Lamps& lamps, const std::vector<Spot>& spots, const 
     return vehicle->left && vehicle->right && vehicle->left->seen_at(frame) &&
            vehicle->right->seen_at(frame);
   };
-  for (const auto& vehicle : vehicles)
-    vehicle->images +=
-        both_seen(vehicle) && std::ranges::any_of(vehicles, [&](const auto& source) {
-          return source != vehicle && both_seen(source) && is_image_of(*vehicle, *source, view);
-        });
+  for (const auto& vehicle : vehicles) {
+    if (!vehicle->left || !vehicle->right ||
+        !(vehicle->left->seen_at(frame) || vehicle->right->seen_at(frame)))
+      continue;
+    ++vehicle->looks;
+    vehicle->images += std::ranges::any_of(vehicles, [&](const auto& source) {
+      return source != vehicle && both_seen(source) && is_image_of(*vehicle, *source, view, frame);
+    });
+  }
 }
 
 }  // namespace vildar

@@ -102,6 +102,7 @@ void resume(const Vehicle& lost, Vehicle& found) {
   found.past_right = records_of(lost, nullptr, lost.past_right);
   found.both_seen += lost.both_seen;
   found.second_on_body += lost.second_on_body;
+  found.looks += lost.looks;
   found.images += lost.images;
   found.ambiguous |= lost.ambiguous;
   found.told_strength |= lost.told_strength;

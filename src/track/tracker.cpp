@@ -90,6 +90,8 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
   counts_.blobs += static_cast<std::int64_t>(frame.blobs.size());
 
   const std::vector<Spot> spots = spots_of(frame, view_);
+  for (const Blob& blob : frame.blobs)
+    if (blob.kind != LampKind::other) lights_.see_colour(blob.cr, blob.cb);
   for (const auto& lamp : lamps_) lamp->predict(dt_s, view_);
   const Eigen::Vector2d shift_px = common_shift(lamps_, spots, reach_px_);
   if (!shift_px.isZero())

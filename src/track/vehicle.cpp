@@ -58,14 +58,14 @@ double slope_of(const std::vector<double>& times, const std::vector<double>& val
 
 // Fainter than the lamps of this scene by more than beams and weather explain.
 bool too_faint(const std::vector<double>& strengths, double clipped_share, LampKind kind,
-               const LightScale& lights, double slope_down, double allowed_ln) {
+               const LightScale& lights, std::optional<double> usual, double slope_down,
+               double allowed_ln) {
   constexpr double kHiddenByClippingLn = 2.0;  // a clipped lamp is at least as bright as measured
   constexpr double kUnderTailLamps = 1.0;      // no headlamp is much weaker than tail lamps
-  const std::optional<double> typical = lights.typical(kind);
   const std::optional<double> tail = lights.typical(LampKind::taillamp);
   const double strength = median(strengths) + lights.dimmer_ln(slope_down, kind);
   allowed_ln += kHiddenByClippingLn * clipped_share;
-  return (typical && strength < *typical - allowed_ln) ||
+  return (usual && strength < *usual - allowed_ln) ||
          (kind == LampKind::headlamp && tail && strength < *tail - kUnderTailLamps);
 }
 
@@ -244,13 +244,13 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
     return Verdict::short_track;
   constexpr double kSecondShare = 0.4, kImageShare = 0.5, kPatchShare = 0.5;
   if (vehicle.second_on_body > kSecondShare * vehicle.both_seen ||
-      vehicle.images > kImageShare * vehicle.both_seen ||
+      vehicle.images > kImageShare * vehicle.looks ||
       0.5 * streaks > kImageShare * static_cast<double>(looks.size()) ||
       patches > kPatchShare * static_cast<double>(looks.size()))
     return Verdict::reflection;
   if ((!vehicle.cut_after && vehicle.chi2 > kMostChi2) ||
       too_faint(strengths, clipped / static_cast<double>(looks.size()), vehicle.kind, lights,
-                median_slope_down(looks), kFaintPair) ||
+                lights.typical(vehicle.kind), median_slope_down(looks), kFaintPair) ||
       static_cast<double>(looks.size()) < pair_share * static_cast<double>(track.sightings.size()))
     return Verdict::undecided;
   if (!view.moving_sensor() && stays(looks, view)) return Verdict::static_light;
@@ -258,10 +258,12 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
 
   track.kind = vehicle.kind;
   track.direction_contradicts = motion_contradicts(looks, vehicle.kind, view);
-  // Clipping whitens tail lamps; those of a vehicle ahead still do not come nearer.
-  if (view.moving_sensor() && track.direction_contradicts) {
+  // Where nothing shows colour the motion alone tells. Clipping whitens tail lamps; those of a
+  // vehicle ahead still do not come nearer.
+  if (track.direction_contradicts && (view.moving_sensor() || lights.colourless())) {
     constexpr double kWhitened = -2.0;
-    if (vehicle.kind != LampKind::headlamp || median(tail_log_odds) < kWhitened)
+    if (vehicle.kind != LampKind::headlamp ||
+        !(lights.colourless() || median(tail_log_odds) >= kWhitened))
       return Verdict::undecided;
     track.kind = LampKind::taillamp;
     track.direction_contradicts = motion_contradicts(looks, track.kind, view);
@@ -331,9 +333,12 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   light.off_course_share = off_course_share(lamp.records, view);
   light.clipped_share = clipped_share;
   light.lamps_clip = lights.usually_clips(lamp.kind());
-  if (const auto typical = lights.typical(lamp.kind()))
-    light.strength_ln = median(strengths) - *typical;
-  if (too_faint(strengths, clipped_share, lamp.kind(), lights, 0.0, kFaintSingle) ||
+  const auto usual = lights.at_least(lamp.kind());
+  if (usual) light.strength_ln = median(strengths) - *usual;
+  // Of one or two lamps only that it is far fainter counts.
+  if (light.strength_ln && !lights.typical(lamp.kind()))
+    light.strength_ln = std::min(*light.strength_ln, 0.0);
+  if (too_faint(strengths, clipped_share, lamp.kind(), lights, usual, 0.0, kFaintSingle) ||
       lone_lamp_log_odds(light) < kSureLogOdds)
     return Verdict::undecided;
   const bool comes = view.moving_sensor() && lamp.kind() == LampKind::headlamp &&
@@ -354,13 +359,13 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
     if (beside_the_road(laterals_m, lateral_sigmas_m, view)) return Verdict::off_road;
   }
 
-  track.kind = lamp.kind();
+  const bool leaves = !comes && closing_mps + kSlow_mps < ego_mps;
+  track.kind = leaves && lights.colourless() ? LampKind::taillamp : lamp.kind();
   track.direction = track.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;
   track.single_lamp = true;
   track.ambiguous_identity = lamp.doubtful_at && *lamp.doubtful_at >= lamp.records.front().time;
   track.direction_contradicts =
-      !comes && (track.direction == Direction::oncoming ? closing_mps + kSlow_mps < ego_mps
-                                                        : closing_mps - kSlow_mps > ego_mps);
+      track.direction == Direction::oncoming ? leaves : closing_mps - kSlow_mps > ego_mps;
   if (view.moving_sensor() && track.direction_contradicts) return Verdict::undecided;
   return Verdict::vehicle;
 }

@@ -23,6 +23,29 @@ TEST(LightScale, UpperQuartileOfTheLatest) {
   EXPECT_FALSE(scale.usually_clips(LampKind::headlamp));
 }
 
+TEST(LightScale, OneLampTellsOnlyWhatIsFarFainter) {
+  LightScale scale;
+  EXPECT_FALSE(scale.at_least(LampKind::headlamp));
+  scale.add(LampKind::taillamp, 2.0, 0.05, false);
+  EXPECT_FALSE(scale.at_least(LampKind::headlamp));  // which may be far stronger
+  scale.add(LampKind::headlamp, 5.0, 0.05, false);
+  EXPECT_EQ(scale.at_least(LampKind::headlamp), 4.0);
+  for (int i = 0; i < 2; ++i) scale.add(LampKind::headlamp, 5.0, 0.05, false);
+  EXPECT_EQ(scale.at_least(LampKind::headlamp), 5.0);
+}
+
+TEST(LightScale, NoiseIsNoColourAndOneTailLampInAHundredIs) {
+  LightScale grey, coloured;
+  EXPECT_FALSE(grey.colourless());
+  for (int i = 0; i < 100; ++i) {
+    const double noise = i % 2 == 0 ? 0.004 : -0.004;
+    grey.see_colour(noise, -noise);
+    coloured.see_colour(i == 50 ? 0.12 : noise, i == 50 ? -0.05 : -noise);
+  }
+  EXPECT_TRUE(grey.colourless());
+  EXPECT_FALSE(coloured.colourless());
+}
+
 TEST(LightScale, HeadlampsAreNoFainterThanTaillamps) {
   LightScale scale;
   for (int i = 0; i < 3; ++i) {

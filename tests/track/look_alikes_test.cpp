@@ -74,38 +74,67 @@ TEST(LookAlikes, ALightFarFainterThanTheLampsBehindItIsWhatTheyLight) {
   }
 }
 
-// Light on the road all the way from the lamp to the camera, four lamp heights below the lamp in
-// the picture, farther than its mirror image.
+// A light that seems at lamp height and `nearer` times as near as the lamps, in the column of one
+// at y_m.
+Lamp light_below(const scene::OneCar& road, std::int64_t last, double y_m, double nearer) {
+  std::optional<Lamp> light;
+  for (std::int64_t frame = 0; frame <= last; ++frame) {
+    Blob blob;
+    const double x_m = (70.0 - 0.5 * static_cast<double>(frame)) / nearer;
+    blob.centre_px = *road.camera.project({x_m, y_m / nearer, 0.68});
+    blob.flux = 50.0;
+    blob.kind = LampKind::headlamp;
+    const Spot spot{&blob, *road.view.spot_from_pixel(blob.centre_px), 0.5, blob.centre_px,
+                    blob.centre_sigma_px};
+    if (!light) {
+      light.emplace(spot, road.view.place(spot.at_px), frame, road.time_at(frame), road.view);
+    } else {
+      light->predict(0.04, road.view);
+      light->update(spot, frame, road.time_at(frame));
+    }
+  }
+  return *light;
+}
+
+// Of light on the road from the lamp all the way to the camera, what is four lamp heights below the
+// lamp in the picture, farther than its mirror image.
+double glint_nearer(const scene::OneCar& road) {
+  return 1.0 + 2.7 / road.view.height_over_lamps_m();
+}
+
 // The third lamp, as far below, is of a vehicle in the next lane.
 TEST(LookAlikes, WhatKeepsToALampsColumnIsNoticed) {
   const scene::OneCar road;
   constexpr std::int64_t kFrames = 10;
   Lamps lamps;
   lamps.push_back(std::make_unique<Lamp>(road.lamp(0, kFrames, -4.0)));
-  const double nearer = 1.0 + 2.7 / road.view.height_over_lamps_m();
-  for (const double y_m : {-4.0 / nearer, -7.5 / nearer}) {
-    std::optional<Lamp> light;
-    for (std::int64_t frame = 0; frame <= kFrames; ++frame) {
-      Blob blob;
-      const double x_m = (70.0 - 0.5 * static_cast<double>(frame)) / nearer;
-      blob.centre_px = *road.camera.project({x_m, y_m, 0.68});
-      blob.flux = 50.0;
-      blob.kind = LampKind::headlamp;
-      const Spot spot{&blob, *road.view.spot_from_pixel(blob.centre_px), 0.5, blob.centre_px,
-                      blob.centre_sigma_px};
-      if (!light) {
-        light.emplace(spot, road.view.place(spot.at_px), frame, road.time_at(frame), road.view);
-      } else {
-        light->predict(0.04, road.view);
-        light->update(spot, frame, road.time_at(frame));
-      }
-    }
-    lamps.push_back(std::make_unique<Lamp>(*light));
-  }
+  for (const double y_m : {-4.0, -7.5})
+    lamps.push_back(std::make_unique<Lamp>(light_below(road, kFrames, y_m, glint_nearer(road))));
   note_look_alikes(lamps, {}, {}, road.view, kFrames);
   EXPECT_EQ(lamps[0]->below.share(), 0.0);
   EXPECT_EQ(lamps[1]->below.share(), 1.0);
   EXPECT_EQ(lamps[2]->below.share(), 0.0);
+}
+
+// The ends of a pair's streaks flicker: now one is seen, now the other.
+TEST(LookAlikes, ThePairBelowALampsPairIsItsImageWhereOneOfItIsSeenToo) {
+  const scene::OneCar road;
+  constexpr std::int64_t kFrames = 10;
+  for (const double beside_m : {0.0, 3.5}) {
+    Lamp left = road.lamp(0, kFrames, -3.4), right = road.lamp(0, kFrames, -4.6);
+    Lamp lower_left = light_below(road, kFrames, -3.4 - beside_m, glint_nearer(road));
+    Lamp lower_right = light_below(road, kFrames - 2, -4.6 - beside_m, glint_nearer(road));
+    Vehicles vehicles;
+    vehicles.push_back(std::make_unique<Vehicle>(scene::vehicle_of(left, right)));
+    vehicles.push_back(std::make_unique<Vehicle>(scene::vehicle_of(lower_left, lower_right)));
+    for (const auto& vehicle : vehicles) vehicle->width_per_depth = 1.2 / 65.0;
+    vehicles[0]->inverse_depth_per_m = 1.0 / 65.0;
+    vehicles[1]->inverse_depth_per_m = glint_nearer(road) / 65.0;
+    note_look_alikes({}, {}, vehicles, road.view, kFrames);
+    EXPECT_EQ(vehicles[1]->looks, 1);
+    EXPECT_EQ(vehicles[1]->images, beside_m == 0.0 ? 1 : 0);
+    EXPECT_EQ(vehicles[0]->images, 0);
+  }
 }
 
 }  // namespace

@@ -216,6 +216,7 @@ inline Outcome run(const Scene& scene, TrackOptions options = {}) {
                   static_cast<int>(blob.centre_px.y() + light.radius_px)};
       blob.kind = light.kind;
       blob.cr = light.cr;
+      blob.cb = -0.02;  // a colour camera sees lamps a little warm
       frame.blobs.push_back(blob);
       owner_of_blob.push_back(light.owner);
       owners[k].emplace_back(blob.centre_px, light.owner);

@@ -59,6 +59,31 @@ TEST(JudgeVehicle, LightsWiderThanLampsThatDoNotClipAreLitRoad) {
     }
 }
 
+// To a grey camera tail lamps are as white as headlamps.
+TEST(JudgeVehicle, WithoutColourTheMotionTellsTheDirection) {
+  const Road road;
+  for (const bool grey : {false, true}) {
+    LightScale lights;
+    if (grey) lights.see_colour(0.0, 0.0);
+    // Backwards in time: the lamps drive away.
+    Lamp left = road.lamp(0, 50, -3.4), right = road.lamp(0, 50, -4.6);
+    for (Lamp* lamp : {&left, &right}) {
+      const std::vector<LampRecord> seen = lamp->records;
+      for (std::size_t i = 0; i < seen.size(); ++i) {
+        const LampRecord& other = seen[seen.size() - 1 - i];
+        lamp->records[i].at_px = other.at_px;
+        lamp->records[i].sighting = other.sighting;
+      }
+    }
+    Vehicle vehicle = scene::vehicle_of(left, right, 51);
+    VehicleTrack track;
+    ASSERT_EQ(judge_vehicle(vehicle, road.view, {}, lights, track), Verdict::vehicle);
+    EXPECT_EQ(track.direction_contradicts, !grey);
+    EXPECT_EQ(track.direction, grey ? Direction::receding : Direction::oncoming);
+    EXPECT_EQ(track.kind, grey ? LampKind::taillamp : LampKind::headlamp);
+  }
+}
+
 // The images on the road of two vehicles' lamps, as level and as far apart as a pair.
 TEST(JudgeVehicle, LightsThatAreMostlyStreaksAreNone) {
   const Road road;
