@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "core/median.h"
 #include "estimate/line_fit.h"
 #include "estimate/mixture.h"
 
@@ -67,6 +68,25 @@ bool says_less(const VehicleEstimate& one, const VehicleEstimate& other) {
   return a.std_mps * b.speed_mps > b.std_mps * a.speed_mps;
 }
 
+// The frames that show both: `look(row of one, row of other)`.
+template <class Look>
+void look_at_both(const VehicleEstimate& one, const VehicleEstimate& other, Look look) {
+  auto a = one.rows.begin();
+  for (const TrackRow& b : other.rows) {
+    a = std::find_if(a, one.rows.end(),
+                     [&](const TrackRow& row) { return row.sighting.frame >= b.sighting.frame; });
+    if (a == one.rows.end()) return;
+    if (a->sighting.frame == b.sighting.frame) look(*a, b);
+  }
+}
+
+double brightest_flux(const TrackRow& row) {
+  double flux = 0.0;
+  for (const auto& lamp : {row.sighting.left, row.sighting.right})
+    if (lamp) flux = std::max(flux, lamp->flux);
+  return flux;
+}
+
 // Of the frames that show both: how far `carrier` is, and how far `upper` seems to be by its
 // elevation, as if its lamps were as high as the carrier's. `in_line` is the share in which they
 // stand one above the other.
@@ -76,24 +96,26 @@ struct Together {
   double mean_off_m = 0.0;  // across, where the carrier is
 };
 
+// Of the pair's middle, or of the one lamp that is seen: they stand level.
+std::optional<Eigen::Vector2d> bearing_rad(const TrackRow& row) {
+  if (row.bearing_rad) return row.bearing_rad;
+  return row.bearing_left_rad ? row.bearing_left_rad : row.bearing_right_rad;
+}
+
 Together seen_together(const VehicleEstimate& upper, const VehicleEstimate& carrier) {
   constexpr double kBeside_m = 1.2, kLeastDown_rad = 1e-3;
   Together seen;
-  auto a = upper.rows.begin();
-  for (const TrackRow& b : carrier.rows) {
-    a = std::find_if(a, upper.rows.end(),
-                     [&](const TrackRow& row) { return row.sighting.frame >= b.sighting.frame; });
-    if (a == upper.rows.end()) break;
-    if (a->sighting.frame != b.sighting.frame || !a->bearing_rad || !b.bearing_rad || !b.range_m)
-      continue;
-    const double upper_down = -a->bearing_rad->y(), carrier_down = -b.bearing_rad->y();
-    if (upper_down < kLeastDown_rad || carrier_down < kLeastDown_rad) continue;
-    const double off_rad = a->bearing_rad->x() - b.bearing_rad->x();
+  look_at_both(upper, carrier, [&](const TrackRow& a, const TrackRow& b) {
+    const auto above_rad = bearing_rad(a), carrier_rad = b.bearing_rad;
+    if (!above_rad || !carrier_rad || !b.range_m) return;
+    const double upper_down = -above_rad->y(), carrier_down = -carrier_rad->y();
+    if (upper_down < kLeastDown_rad || carrier_down < kLeastDown_rad) return;
+    const double off_rad = above_rad->x() - carrier_rad->x();
     seen.in_line += std::abs(*b.range_m * off_rad) < kBeside_m;
     seen.mean_off_m += *b.range_m * off_rad;
     seen.carrier_m.push_back(*b.range_m);
     seen.upper_m.push_back(*b.range_m * std::tan(carrier_down) / std::tan(upper_down));
-  }
+  });
   const auto count = static_cast<double>(std::max<std::size_t>(1, seen.carrier_m.size()));
   seen.in_line /= count;
   seen.mean_off_m /= count;
@@ -137,7 +159,8 @@ bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, doub
   constexpr double kLowest_m = 0.6, kHighest_m = 3.6;  // of the lamps over headlamps
   constexpr double kLeastBack_m = -2.0, kMostBack_m = 5.0, kMostBackSigma_m = 2.0;
   constexpr double kNearer = 1.3, kInLine = 0.8, kSigmas = 3.0;
-  constexpr double kAbove_m = 0.35, kFaster = 2.5, kFastest_mps = 60.0;
+  constexpr double kAbove_m = 0.35, kBody_m = 1.8, kSurelyFaster = 1.4, kFaster = 2.5,
+                   kFastest_mps = 60.0;
   constexpr std::size_t kFewest = 10;
   if (over_lamps_m < kHighCamera_m || upper.trajectories.empty() || carrier.trajectories.empty() ||
       upper.result.direction != carrier.result.direction)
@@ -160,13 +183,47 @@ bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, doub
                  fit->slope_sigma * mean_m) /
       factor;
   // A faster vehicle in the next lane that passes the camera at once with the other is in line with
-  // it, too; not right above it, nor so much faster.
+  // it, too; not right above it, nor so much faster. In one lane the two would run into each other;
+  // that a follower's pair comes up to the one ahead, though, its lengths may make it seem.
+  const double time_s = upper.result.speed.time_s;
+  const double beside_m = mixed_state(upper.trajectories, time_s).lateral_m -
+                          mixed_state(carrier.trajectories, time_s).lateral_m;
+  const bool collides =
+      std::abs(beside_m) < kBody_m && (factor > kSurelyFaster || always_alone(upper));
   const bool drives_so = !upper.result.lane.empty() && std::abs(seen.mean_off_m) > kAbove_m &&
-                         factor < kFaster && upper.result.speed.speed_mps < kFastest_mps;
+                         !collides && factor < kFaster &&
+                         upper.result.speed.speed_mps < kFastest_mps;
   if (drives_so) return false;
   const double over_m = over_lamps_m * (1.0 - 1.0 / factor);
   return over_m > kLowest_m && over_m < kHighest_m && back_m > kLeastBack_m &&
          back_m < kMostBack_m && back_sigma_m < kMostBackSigma_m;
+}
+
+bool glints_beside(const VehicleEstimate& light, const VehicleEstimate& source) {
+  constexpr std::size_t kFewest = 10;
+  constexpr double kNearer = 1.3, kMostOff_m = 1.0;
+  constexpr double kLeastShare = 0.3, kMostShare = 0.9;  // of the source's distance
+  constexpr double kFaint = 0.6;
+  if (light.trajectories.empty() || source.trajectories.empty() || !always_alone(light) ||
+      always_alone(source) || light.result.direction != source.result.direction)
+    return false;
+  std::vector<double> source_m, light_m, strengths;
+  int outside = 0;
+  look_at_both(light, source, [&](const TrackRow& a, const TrackRow& b) {
+    const auto light_rad = bearing_rad(a), source_rad = bearing_rad(b);
+    if (!light_rad || !source_rad || !a.range_m || !b.range_m) return;
+    source_m.push_back(*b.range_m);
+    light_m.push_back(*a.range_m);
+    strengths.push_back(brightest_flux(a) / brightest_flux(b) *
+                        std::pow(*a.range_m / *b.range_m, 2));
+    outside += source_rad->x() * (light_rad->x() - source_rad->x()) > 0.0;
+  });
+  if (source_m.size() < kFewest || 2 * outside < static_cast<int>(source_m.size())) return false;
+  const auto [nearest_m, farthest_m] = std::ranges::minmax(source_m);
+  const auto line = fit_line(source_m, light_m);
+  const auto* fit = std::get_if<LineFit>(&line);
+  return fit && farthest_m > kNearer * nearest_m && std::abs(fit->intercept) < kMostOff_m &&
+         fit->slope > kLeastShare && fit->slope < kMostShare && median(strengths) < kFaint;
 }
 
 void MeasuredVehicles::add(VehicleEstimate estimate) {
@@ -185,6 +242,9 @@ void MeasuredVehicles::add(VehicleEstimate estimate) {
       if (rides_on(*upper, *carrier, over_lamps_m_))
         withhold_second(*upper, "moves as lamps on the roof of " + named(*carrier) +
                                     " would; taken for lamps of that vehicle");
+      else if (glints_beside(*upper, *carrier))
+        withhold_second(*upper, "moves as a glint of " + named(*carrier) +
+                                    " on a rail beside the road would; taken for one");
   }
   held_.push_back(std::move(estimate));
 }

@@ -16,14 +16,19 @@ bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other);
 /// Whether the lamps of `upper` move as lamps higher on the body of `carrier` would: from a camera
 /// high over the lamps those seem farther off, by a factor that stays, and as much faster. A
 /// vehicle of its own would have to reach the camera at once with the other, always in one line
-/// with it, and drive beside all lanes, right above the other, or
-/// far faster. `over_lamps_m` is the camera's height
-/// over headlamps.
+/// with it, and drive beside all lanes, right above the other, in its very lane, or far faster.
+/// `over_lamps_m` is the camera's height over headlamps.
 bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, double over_lamps_m);
+
+/// Whether a lone `light` moves as the glint that a lamp of `source` draws along a rail or a wall
+/// beside the road: farther out in the picture, fainter than the lamps (of lamps that clip, than
+/// what is seen of them), at a distance that stays the same share of theirs, so that both reach the
+/// camera at once. A motorcycle that is overtaken right there looks the same.
+bool glints_beside(const VehicleEstimate& light, const VehicleEstimate& source);
 
 /// Measured vehicles, held while another track may turn out to be of the same vehicle. Of two that
 /// are one, the speed of smaller relative sigma stands; the other is withheld
-/// (ambiguous_identity), as are lamps that ride on another vehicle.
+/// (ambiguous_identity), as are lamps that ride on another vehicle and glints beside one.
 class MeasuredVehicles {
  public:
   /// Height of the camera over headlamps, in metres.

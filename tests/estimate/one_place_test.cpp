@@ -156,6 +156,65 @@ TEST(OnePlace, LampsOnTheRoofRideOnTheirVehicle) {
     }
 }
 
+// One of two on a lorry seen from a bridge, in whose lane it seems to drive, far faster.
+TEST(OnePlace, AMarkerThatSeemsToDriveInItsVehiclesLaneRidesOnIt) {
+  Site site = mast_site(7.0);
+  site.road.lanes[0].lateral_m.mean = -1.6;
+  const Vehicle lorry{.along_m = 90.0, .lateral_m = -1.6, .height_m = 0.9};
+  const VehicleEstimate seen = estimate_of(1, lorry, Frames::all, kLong, site);
+  for (const double height_m : {3.0, 3.5}) {
+    const Vehicle marker{
+        .along_m = 91.0, .lateral_m = -0.8, .height_m = height_m, .separation_m = 0.0};
+    const VehicleEstimate above = estimate_of(2, marker, Frames::all, lone(), site);
+    ASSERT_EQ(above.result.lane, "near");
+    ASSERT_GT(above.result.speed.speed_mps, 1.3 * lorry.speed_mps);
+    EXPECT_TRUE(rides_on(above, seen, 7.0 - 0.68)) << height_m;
+    EXPECT_FALSE(glints_beside(above, seen)) << height_m;
+  }
+}
+
+// Where the light of a lamp at y = -3.4 is thrown to a camera at y = 0 by a rail at y = -5.6.
+constexpr double kRail_m = -5.6, kShare = kRail_m / (2.0 * kRail_m + 3.4);
+constexpr Vehicle kPassing{.speed_mps = 24.0, .along_m = 85.0};
+
+Site beside_rail() {
+  Site site = mast_site(1.5);
+  site.road.lanes[0].lateral_m.std = 1.0;
+  return site;
+}
+
+VehicleEstimate lone_light(double along_m, double speed_mps, double strength) {
+  const Vehicle light{.speed_mps = speed_mps,
+                      .along_m = along_m,
+                      .lateral_m = kRail_m,
+                      .height_m = 0.65,
+                      .separation_m = 0.0};
+  View view = lone();
+  view.flux_at_1m = strength * kLong.flux_at_1m;
+  return estimate_of(2, light, Frames::all, view, beside_rail());
+}
+
+TEST(OnePlace, ALightThatKeepsAShareOfAPairsDistanceIsItsGlint) {
+  const VehicleEstimate car = estimate_of(1, kPassing, Frames::all, kLong, beside_rail());
+  const double along_m = kShare * kPassing.along_m, speed_mps = kShare * kPassing.speed_mps;
+  EXPECT_TRUE(glints_beside(lone_light(along_m, speed_mps, 0.1), car));
+  // A motorcycle as strong, one that comes later, and one as fast are no glints.
+  EXPECT_FALSE(glints_beside(lone_light(along_m, speed_mps, 1.0), car));
+  EXPECT_FALSE(glints_beside(lone_light(along_m + 5.0, speed_mps, 0.1), car));
+  EXPECT_FALSE(glints_beside(lone_light(kPassing.along_m, kPassing.speed_mps, 0.1), car));
+}
+
+TEST(MeasuredVehicles, AGlintHasNoSpeed) {
+  MeasuredVehicles measured(1.5 - 0.68);
+  measured.add(lone_light(kShare * kPassing.along_m, kShare * kPassing.speed_mps, 0.1));
+  measured.add(estimate_of(1, kPassing, Frames::all, kLong, beside_rail()));
+  for (const VehicleEstimate& one : measured.take_before(kForever)) {
+    EXPECT_EQ(one.result.withheld.has_value(), one.result.track_id == 2);
+    if (!one.result.withheld) continue;
+    EXPECT_NE(one.result.warnings.back().find("glint of vehicle 1"), std::string::npos);
+  }
+}
+
 TEST(OnePlace, WhatFollowsOrOvertakesDoesNotRideOnAnother) {
   const VehicleEstimate car = estimate_of(1, kCar, Frames::all);
   for (const double behind_m : {7.0, 15.0, 30.0, 60.0})
