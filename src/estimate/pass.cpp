@@ -79,6 +79,7 @@ void keep_own_light(PowerSeries& series, double others_w) {
 Outcome<KnownLight> light_of_pass(const PowerPass& pass, const Site& site, const PowerTrace& trace,
                                   const Abreast& abreast) {
   constexpr double kShortest_s = 0.1;
+  if (abreast.lanes.empty() && !site.road.lanes.empty()) return Miss::outside_model;
   if (abreast.lanes.empty() || !site.lamps.height_m) return Miss::no_scale;
   const auto known =
       photodiode_case(site, trace.photodiode, {abreast.lateral_m, *site.lamps.height_m});
@@ -269,6 +270,12 @@ VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site&
   result.t_last_s = pass.to_s + offset_s;
   result.used_photodiode = true;
   if (lane) result.lane = lane->id;
+  if (abreast.lanes.empty() && !site.road.lanes.empty()) {
+    result.direction = Direction::receding;
+    result.warnings.push_back(
+        "no lane of the site is oncoming, and the power laws are those of headlamps that come: a "
+        "camera measures vehicles that drive away");
+  }
   const bool curved = site.road.kind == RoadKind::curved;
   const bool pulsed = pulses(trace, pass.from_s, pass.peak_s);
   if (pulsed)

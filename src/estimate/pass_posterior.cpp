@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ranges>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -66,11 +67,20 @@ std::optional<PassMotion> first_motion(const PowerSeries& series, const PowerCas
 
 constexpr std::size_t kFewestSamples = 5;
 
+struct Background {
+  double sigmas = 0.0;
+  bool for_all = true;  // whatever lamps may be unlike the law by, else the least first
+};
+
 // Where the background is unsure the light can be explained in more ways than one.
-std::vector<double> backgrounds(const PowerSeries& series) {
+std::vector<Background> backgrounds(const PowerSeries& series) {
   constexpr double kHarmless = 0.002;  // of the least light
-  if (!(series.background_std_w > kHarmless * least_mean_w(series))) return {0.0};
-  return {-1.5, -0.75, 0.0, 0.75, 1.5};
+  if (!(series.background_std_w > kHarmless * least_mean_w(series))) return {{}};
+  constexpr double kStep = 0.25;  // sigmas
+  constexpr int kFarthest = 6, kForAll = 3;
+  std::vector<Background> found;
+  for (int k = -kFarthest; k <= kFarthest; ++k) found.push_back({kStep * k, k % kForAll == 0});
+  return found;
 }
 
 // Lamps that differ in gain differ in shape, too: where the site says how far K may be off, none is
@@ -180,16 +190,17 @@ Outcome<PassPosterior> pass_posterior(const PowerSeries& series, const PowerCase
   constexpr double kHopelessChi2 = 25.0;  // of a block
   std::vector<Way> ways;
   bool hopeless = false;
-  for (const double background : backgrounds(series)) {
+  for (const auto& [background, for_all] : backgrounds(series)) {
     PassMotion from = motion_above(background * series.background_std_w, series, known, start);
     // All ways tell the speed of one time.
     from.along_m -= (start.reference_s - from.reference_s) * from.speed_mps;
     from.reference_s = start.reference_s;
     const PassLight light(series, known, from);
     if (light.blocks() < kFewestBlocks) return Miss::outside_model;
-    Eigen::VectorXd z = light.nearest_to(from);
-    z[kDark] = background;
-    for (const double more_nat : kRipples_nat) {
+    Eigen::VectorXd nearest = light.nearest_to(from);
+    nearest[kDark] = background;
+    // Moves z to the minimum near by; false where there is none, or one that is known.
+    const auto adds_way = [&](double more_nat, Eigen::VectorXd& z) {
       const double ripple_nat = std::hypot(more_nat, least_ripple_nat(known));
       const auto outcome =
           descend([&](const Eigen::VectorXd& at,
@@ -198,16 +209,26 @@ Outcome<PassPosterior> pass_posterior(const PowerSeries& series, const PowerCase
       const auto* minimum = std::get_if<Minimum>(&outcome);
       if (!minimum) {
         hopeless |= std::get<Miss>(outcome) == Miss::bad_fit;
-        continue;
+        return false;
       }
       auto way = way_at(light, *minimum, ripple_nat, series.background_std_w);
-      if (!way) continue;
+      if (!way) return false;
       way->evidence -= 0.5 * std::log(more_nat);
       way->unlike_the_law = more_nat > kOfTheLaw_nat;
       z = minimum->unknowns;
-      if (std::ranges::none_of(ways, [&](const Way& known_way) { return same(*way, known_way); }))
-        ways.push_back(*way);
-    }
+      if (std::ranges::any_of(ways, [&](const Way& known_way) { return same(*way, known_way); }))
+        return false;
+      ways.push_back(*way);
+      return true;
+    };
+    Eigen::VectorXd z = nearest;
+    if (for_all)
+      for (const double more_nat : kRipples_nat) adds_way(more_nat, z);
+    // What may be unlike the law by much wanders far from where it began; what may not finds the
+    // nearest, and where that is another all begin there.
+    z = nearest;
+    for (const double more_nat : kRipples_nat | std::views::reverse)
+      if (!adds_way(more_nat, z)) break;
   }
   if (ways.empty()) return hopeless ? Miss::bad_fit : Miss::outside_model;
   return mean_of(ways);

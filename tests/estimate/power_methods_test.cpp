@@ -175,6 +175,19 @@ TEST(Pass, FindsSpeedAndRangeInClipTime) {
   EXPECT_TRUE(result.used_photodiode && !result.used_camera);
 }
 
+TEST(Pass, OnARoadWithoutOncomingLanesTheVehicleDrivesAway) {
+  Site site = diode_site();
+  site.camera.reset();
+  for (LaneSite& lane : site.road.lanes) lane.direction = Direction::receding;
+  Random random(1);
+  const PowerTrace trace = trace_of(kTypical, site, matching_diode(), random);
+  const VehicleResult result = estimate_pass({-0.5, 2.5, 2.4}, 1, site, {&trace, 1});
+  EXPECT_EQ(result.direction, Direction::receding);
+  EXPECT_EQ(result.withheld, Miss::outside_model);
+  ASSERT_FALSE(result.warnings.empty());
+  EXPECT_NE(result.warnings.front().find("no lane of the site is oncoming"), std::string::npos);
+}
+
 TEST(Pass, IsWithheldWhereGainAndLaneAreTooVague) {
   Site site = diode_site();
   site.channel->gain_db->std = 5.0;
