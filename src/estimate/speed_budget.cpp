@@ -56,7 +56,8 @@ SpeedBudget speed_budget(const Trajectory& trajectory, double time_s) {
   const MotionState state = trajectory.at(time_s);
   const double relative = state.speed_std_mps / std::abs(state.over_ground_mps);
   SpeedBudget budget;
-  budget.scale = std::min(relative, 1.0 / std::sqrt(held));
+  const double scaled = std::abs(state.scaled_mps / state.over_ground_mps);
+  budget.scale = std::min(relative, scaled / std::sqrt(held));
   budget.shape = std::sqrt(relative * relative - budget.scale * budget.scale);
   const auto information = scale_information(trajectory);
   double known = 0.0;

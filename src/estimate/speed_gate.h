@@ -33,18 +33,23 @@ struct PartSpeed {
   double sigma_mps;
 };
 
-/// Whether two parts cannot tell of one vehicle: their speeds lie 3.5 sigmas of their difference
-/// apart. `nested`: one part holds the other, whose data then count in both, so that the variances
-/// of two least-squares fits subtract (Hausman 1978, Econometrica 46, 1251-1271, corollary 2.6); no
-/// sigma is known so well that less than half the greater variance is left.
-inline bool exclude_each_other(const PartSpeed& one, const PartSpeed& other, bool nested) {
-  constexpr double kFar = 3.5;
+/// By how many sigmas of their difference two parts' speeds lie apart. `nested`: one part holds the
+/// other, whose data then count in both, so that the variances of two least-squares fits subtract
+/// (Hausman 1978, Econometrica 46, 1251-1271, corollary 2.6); no sigma is known so well that less
+/// than half the greater variance is left.
+inline double sigmas_apart(const PartSpeed& one, const PartSpeed& other, bool nested) {
   const double one_var = one.sigma_mps * one.sigma_mps;
   const double other_var = other.sigma_mps * other.sigma_mps;
   const double most = std::max(one_var, other_var);
   const double difference_var =
       nested ? std::max(std::abs(one_var - other_var), 0.5 * most) : one_var + other_var;
-  return std::abs(one.speed_mps - other.speed_mps) > kFar * std::sqrt(difference_var);
+  return std::abs(one.speed_mps - other.speed_mps) / std::sqrt(difference_var);
+}
+
+/// Whether two parts cannot tell of one vehicle.
+inline bool exclude_each_other(const PartSpeed& one, const PartSpeed& other, bool nested) {
+  constexpr double kFar = 3.5;
+  return sigmas_apart(one, other, nested) > kFar;
 }
 
 }  // namespace vildar

@@ -50,6 +50,7 @@ MotionState Trajectory::at(double time_s) const {
       std_of(over_ground.v,
              scale_m.a * by_steps(*this, [&](const auto& step) { return step.beyond_s(tau_s); })),
       ego.speed_std_mps());
+  state.scaled_mps = over_ground.a + lane_share.a * ego.speed_mps(problem.reference_s);
   state.closing_mps = over_ground.a + lane_share.a * ego.speed_mps(time_s);
   const double rate_mps2 =
       scale_m.a * (fit.parameters[kAcceleration] + problem.setting.departed_acceleration(tau_s));

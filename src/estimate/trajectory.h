@@ -22,6 +22,7 @@ struct MotionState {
   double over_ground_mps = 0.0;             ///< along the path; positive: oncoming
   double speed_std_mps = 0.0;               ///< of over_ground_mps
   double acceleration_mps2 = 0.0;           ///< of over_ground_mps
+  double scaled_mps = 0.0;  ///< part of over_ground_mps that all lengths together scale
 };
 
 /// A vehicle's fitted trajectory, as one of the things that the vehicle may be.

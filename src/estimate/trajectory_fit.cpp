@@ -104,25 +104,45 @@ bool holds(const Trajectory& longer, const Trajectory& part) {
   return longer.from_s <= part.from_s && part.to_s <= longer.to_s;
 }
 
-// By the shapes at the time between the two: the scale is that of the same lengths in both.
-bool exclude_each_other(const Trajectory& one, const Trajectory& other) {
-  if (one.problem.pairs != other.problem.pairs) return false;
+struct Discord {
+  double sigmas = 0.0;  // by what the two state of themselves
+  bool excludes = false;
+};
+
+// By the shapes at the time between the two: the scale is that of the same lengths in both, and so
+// is the own speed.
+Discord discord(const Trajectory& one, const Trajectory& other) {
+  // Coding and clipping draw centres aside for longer than a part lasts.
+  constexpr double kCoding = 0.01, kLeast = 0.001;  // of the speed
+  if (one.problem.pairs != other.problem.pairs) return {};
   const double time_s = 0.5 * (std::max(one.from_s, other.from_s) + std::min(one.to_s, other.to_s));
   const auto told_by = [&](const Trajectory& of) {
     const double speed_mps = of.at(time_s).over_ground_mps;
-    return PartSpeed{speed_mps, speed_budget(of, time_s).shape * std::abs(speed_mps)};
+    const double shape_mps = speed_budget(of, time_s).shape * speed_mps;
+    const double own_mps = of.ego.speed_std_mps();
+    const double own_shape_mps =
+        std::sqrt(std::max(0.0, shape_mps * shape_mps - own_mps * own_mps));
+    return PartSpeed{speed_mps, std::max(own_shape_mps, kLeast * std::abs(speed_mps))};
   };
-  return exclude_each_other(told_by(one), told_by(other), holds(one, other) || holds(other, one));
+  PartSpeed a = told_by(one), b = told_by(other);
+  const bool nested = holds(one, other) || holds(other, one);
+  Discord found{sigmas_apart(a, b, nested)};
+  for (PartSpeed* part : {&a, &b})
+    part->sigma_mps = std::hypot(part->sigma_mps, kCoding * part->speed_mps);
+  found.excludes = exclude_each_other(a, b, nested);
+  return found;
 }
 
 // Lamps of a vehicle stand level, but for the road's crossfall, of which a dashcam's own vehicle
 // has its own. Of two that stand one behind the other the nearer is seen lower, and together they
 // move as no vehicle of such a size is likely to.
 bool of_two_vehicles(const Trajectory& likeliest, const Uncertain& tilt_rad) {
-  const double crossfall_rad = likeliest.ego.moving() ? 0.03 : 0.06;    // a banked bend's at most
   constexpr double kMostTilt = 8.0, kTilted = 2.5, kMostStrain = 16.0;  // of chi-square
   const GeometryProblem& problem = likeliest.problem;
   if (!problem.pairs) return false;
+  // Usual is 0.025; a bend may be banked.
+  const bool banked = problem.setting.bend != 0.0 && !likeliest.ego.moving();
+  const double crossfall_rad = banked ? 0.06 : 0.03;
   const MetricPriors& priors = problem.priors;
   const double roll_std_rad = priors.turn_rad[2].std;
   const double tilt =
@@ -149,14 +169,22 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& track, con
     BearingFit* best = best_of(parts);
     if (!best && !first.explains()) return Miss::bad_fit;
     if (best) {
-      if (std::ranges::any_of(parts, [&](const SteadyPart& one) {
-            return exclude_each_other(best->trajectory, one.fit.trajectory);
-          })) {
+      Discord most;
+      for (const SteadyPart& one : parts) {
+        if (&one.fit == best) continue;
+        const Discord found = discord(best->trajectory, one.fit.trajectory);
+        most = {std::max(most.sigmas, found.sigmas), most.excludes || found.excludes};
+      }
+      if (most.excludes) {
         warnings.push_back(
             "parts of its track exclude each other: its lamps may be of two vehicles");
         return Miss::ambiguous_identity;
       }
       first = std::move(*best);
+      constexpr double kByChance = 2.5;  // of up to seven parts
+      if (most.sigmas > kByChance)
+        first.check.sigma_factor =
+            first.check.sigma_factor.cwiseMax(most.sigmas * first.trajectory.problem.sigma_factor);
       warnings.push_back("its motion or its lamps change in view: measured from " +
                          fixed_text(first.trajectory.from_s, 2) + " to " +
                          fixed_text(first.trajectory.to_s, 2) + " s alone");
@@ -168,8 +196,11 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& track, con
   if (track.kind == LampKind::taillamp &&
       !(site.lamps.tail_height_m && site.lamps.tail_separation_m))
     warnings.push_back(
-        "tail lamps: the site file has no lamps.tail_height_m or no tail_separation_m; the "
-        "headlamps' mean was taken with a std of at least 0.2 m");
+        std::string(
+            "tail lamps: the site file has no lamps.tail_height_m or no tail_separation_m; ") +
+        (site.lamps.height_m || site.lamps.separation_m
+             ? "the headlamps' mean was taken with a std of at least 0.2 m"
+             : "their lengths are unknown, as those of headlamps are"));
   seen.problem.sigma_factor = first.check.sigma_factor.cwiseMax(1.0);
   const auto level = [&](std::vector<Trajectory> found) -> Outcome<std::vector<Trajectory>> {
     if (!of_two_vehicles(found.front(), first.check.tilt_rad)) return found;

@@ -49,6 +49,38 @@ TEST(Geometry, DashcamFollowsAnEgoTrace) {
   EXPECT_NEAR(*result.closing_speed_mps, 12.0 + 15.0 - 3.0 * result.speed.time_s, 0.02);
 }
 
+// Coding lets the lamps of a car ahead seem to creep apart and together again, by a few tenths of a
+// pixel: its speed is the own one but for the little by which the gap grows.
+TEST(Geometry, ACarAheadWhoseLampsCreepHasASpeedWithASigmaThatSaysSo) {
+  Site site = dashcam_site();
+  site.ego = EgoSite{{20.0, 0.0}, {}, {}};
+  View view;
+  view.ego_mps = 20.0;
+  view.sigma_px = 0.05;
+  view.to_s = 4.5;
+  const Vehicle ahead{-21.0, 0.0, 24.0, 0.0, 0.85, 1.2};
+  for (const double creep_px : {0.0, 0.15, 0.3}) {
+    Random random(3);
+    VehicleTrack track = track_of(ahead, site, view, random);
+    track.kind = LampKind::taillamp;
+    track.direction = Direction::receding;
+    for (VehicleSighting& sighting : track.sightings) {
+      const double off_px = creep_px * std::sin(2.0 * kPi * seconds_of(sighting.time) / 3.5);
+      sighting.left->centre_px.x() -= off_px;
+      sighting.right->centre_px.x() += off_px;
+    }
+    const VehicleResult result = estimate_vehicle(track, site, {}).result;
+    ASSERT_FALSE(result.withheld) << creep_px << " px: " << name_of(*result.withheld);
+    EXPECT_LT(std::abs(result.speed.speed_mps - 21.0), 2.5 * result.speed.std_mps) << creep_px;
+    EXPECT_LT(result.speed.std_mps, 1.0);
+    // The scale, known to a tenth, is that of the closing speed alone.
+    ASSERT_TRUE(result.budget && result.closing_speed_mps);
+    EXPECT_LT(result.budget->scale * result.speed.speed_mps,
+              0.2 * std::abs(*result.closing_speed_mps));
+    EXPECT_GT(result.budget->shape, 0.0);
+  }
+}
+
 constexpr double kOwnSpeed_mps = 18.0;
 using Heading = std::function<double(double time_s)>;
 
@@ -175,13 +207,8 @@ TEST(Geometry, LampsOfTwoCarsOneBehindTheOtherAreNoVehicle) {
     ahead.along_m = random.uniform(10.0, 60.0) + view.to_s * (own_mps + ahead.speed_mps);
     Vehicle behind = ahead;
     behind.along_m += random.uniform(8.0, 18.0);
-    VehicleTrack track = track_of(ahead, site, view, random);
-    const VehicleTrack other = track_of(behind, site, view, random);
-    ASSERT_EQ(track.sightings.size(), other.sightings.size());
-    for (std::size_t k = 0; k < track.sightings.size(); ++k) {
-      track.sightings[k].left = track.sightings[k].right;
-      track.sightings[k].right = other.sightings[k].right;
-    }
+    const VehicleTrack track = simulated::right_lamps_of(track_of(ahead, site, view, random),
+                                                         track_of(behind, site, view, random));
     const VehicleResult result = estimate_vehicle(track, site, {}).result;
     EXPECT_TRUE(result.withheld) << i << ": " << result.speed.speed_mps << " for "
                                  << ahead.speed_mps;

@@ -6,6 +6,8 @@
 #include <optional>
 #include <vector>
 
+#include <gtest/gtest.h>
+
 #include "core/random.h"
 #include "optics/camera.h"
 #include "types/site.h"
@@ -170,6 +172,17 @@ inline Site mast_site(double camera_height_m) {
   site.lamps.height_m = Uncertain{0.65, 0.1};
   site.lamps.separation_m = Uncertain{1.2, 0.15};
   return site;
+}
+
+/// The right lamps of two vehicles, `one` seen to the left of the other, taken for one vehicle's
+/// two.
+inline VehicleTrack right_lamps_of(VehicleTrack one, const VehicleTrack& other) {
+  EXPECT_EQ(one.sightings.size(), other.sightings.size());
+  for (std::size_t k = 0; k < one.sightings.size(); ++k) {
+    one.sightings[k].left = one.sightings[k].right;
+    one.sightings[k].right = other.sightings[k].right;
+  }
+  return one;
 }
 
 }  // namespace vildar::simulated

@@ -179,6 +179,38 @@ TEST(TrajectoryFit, LampsThatAreNotOneVehiclesDenyEachOther) {
   if (!result.withheld) expect_right(result, kInTraffic);
 }
 
+// Far off, one lamp shows of each of two cars that follow one another: the nearer one is seen
+// lower, by some 7 degrees of the line through both where the farther car's lamps stand lower.
+TEST(TrajectoryFit, FarLampsOfTwoCarsBeforeAMastAreNoVehicle) {
+  constexpr simulated::View kFarView{.to_s = 1.2, .sigma_px = 0.1};
+  Site site = simulated::mast_site(6.4);
+  site.road.lanes[0].lateral_m.mean = 8.0;
+  for (Uncertain* turn_rad :
+       {&site.camera->yaw_rad, &site.camera->pitch_rad, &site.camera->roll_rad})
+    turn_rad->std = 0.0026;
+  int ambiguous = 0;
+  for (const double along_m : {120.0, 150.0, 180.0})
+    for (const double gap_m : {9.0, 12.0, 15.0}) {
+      const simulated::Vehicle ahead{16.0, 0.0, along_m, 8.0, 0.65, 1.2};
+      simulated::Vehicle behind = ahead;
+      behind.along_m += gap_m;
+      behind.lateral_m -= 0.4;
+      behind.height_m -= 0.2;
+      Random random(7);
+      const VehicleResult result =
+          estimate_vehicle(
+              simulated::right_lamps_of(simulated::track_of(ahead, site, kFarView, random),
+                                        simulated::track_of(behind, site, kFarView, random)),
+              site, {})
+              .result;
+      EXPECT_TRUE(result.withheld)
+          << along_m << " m, " << gap_m << " m apart: " << result.speed.speed_mps << " +- "
+          << result.speed.std_mps;
+      ambiguous += result.withheld == Miss::ambiguous_identity;
+    }
+  EXPECT_EQ(ambiguous, 9);
+}
+
 TEST(TrajectoryFit, ABrakingThatBeginsInViewIsFollowed) {
   constexpr double kOnset_s = 0.16;  // between two steps of the fitted acceleration
   const Site site = surveyed();
