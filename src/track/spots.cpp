@@ -4,6 +4,8 @@
 #include <cmath>
 #include <optional>
 
+#include "core/quantity.h"
+
 namespace vildar {
 namespace {
 
@@ -52,14 +54,18 @@ bool hangs_below(const Blob& light, const Blob& lamp) {
 }
 
 // Headlamps and the fog lamps below them are one light where both clip: taller than wide, by more
-// than a lamp that comes at `kFastest_mps` is drawn out within the exposure.
+// than a lamp that comes at `kFastest_mps` is drawn out within the exposure, and with more that
+// clips than one round lamp of that width has, for an image on a wet road adds little to that.
 bool holds_one_below(const Blob& blob, const RoadView& view) {
   constexpr double kLeastTaller_px = 2.0, kTallerShare = 0.25, kFastest_mps = 40.0;
+  constexpr double kRound = 0.25 * kPi;
   if (blob.kind != LampKind::headlamp || blob.saturated_px == 0 ||
       has(blob.defects, Defect::cut_by_edge))
     return false;
   const double width = width_px(blob.box), taller_px = height_px(blob.box) - width;
-  if (taller_px < std::max(kLeastTaller_px, kTallerShare * width)) return false;
+  if (taller_px < std::max(kLeastTaller_px, kTallerShare * width) ||
+      blob.saturated_px < kRound * width * width)
+    return false;
   const auto at_px = view.spot_from_pixel(blob.centre_px);
   if (!at_px) return false;
   const LampPlace at = view.place(*at_px);

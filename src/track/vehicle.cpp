@@ -258,12 +258,12 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
 
   track.kind = vehicle.kind;
   track.direction_contradicts = motion_contradicts(looks, vehicle.kind, view);
-  // Where nothing shows colour the motion alone tells. Clipping whitens tail lamps; those of a
-  // vehicle ahead still do not come nearer.
+  // Before a camera that stands the motion alone tells where nothing shows colour. Clipping whitens
+  // tail lamps; those of a vehicle ahead still do not come nearer.
   if (track.direction_contradicts && (view.moving_sensor() || lights.colourless())) {
     constexpr double kWhitened = -2.0;
-    if (vehicle.kind != LampKind::headlamp ||
-        !(lights.colourless() || median(tail_log_odds) >= kWhitened))
+    if (view.moving_sensor() &&
+        (vehicle.kind != LampKind::headlamp || median(tail_log_odds) < kWhitened))
       return Verdict::undecided;
     track.kind = LampKind::taillamp;
     track.direction_contradicts = motion_contradicts(looks, track.kind, view);
@@ -360,7 +360,8 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   }
 
   const bool leaves = !comes && closing_mps + kSlow_mps < ego_mps;
-  track.kind = leaves && lights.colourless() ? LampKind::taillamp : lamp.kind();
+  track.kind =
+      leaves && !view.moving_sensor() && lights.colourless() ? LampKind::taillamp : lamp.kind();
   track.direction = track.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;
   track.single_lamp = true;
   track.ambiguous_identity = lamp.doubtful_at && *lamp.doubtful_at >= lamp.records.front().time;
