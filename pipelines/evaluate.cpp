@@ -94,7 +94,8 @@ void add_evaluate(CLI::App& program, int& exit_code) {
   command->add_option("TRUTH_DIR", arguments->truth, "Folder that holds the truth")->required();
   command->add_option("--require", arguments->require,
                       "Bound to keep, e.g. 'recall>=0.95'; several");
-  command->add_option("--out", arguments->out, "Also write the JSON to this file, none of those that are read");
+  command->add_option("--out", arguments->out,
+                      "Also write the JSON to this file, none of those that are read");
   command->add_flag("--json", arguments->json, "Print JSON in place of the tables");
   command->callback([arguments, &exit_code] { exit_code = evaluate_folders(*arguments); });
 }

@@ -270,12 +270,6 @@ VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site&
   result.t_last_s = pass.to_s + offset_s;
   result.used_photodiode = true;
   if (lane) result.lane = lane->id;
-  if (abreast.lanes.empty() && !site.road.lanes.empty()) {
-    result.direction = Direction::receding;
-    result.warnings.push_back(
-        "no lane of the site is oncoming, and the power laws are those of headlamps that come: a "
-        "camera measures vehicles that drive away");
-  }
   const bool curved = site.road.kind == RoadKind::curved;
   const bool pulsed = pulses(trace, pass.from_s, pass.peak_s);
   if (pulsed)
@@ -297,6 +291,13 @@ VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site&
         pulsed ? Found{{Method::delay_photodiodes, Miss::outside_model, 0, ""}, {}, {}, {}}
                : delay_method(seen, site, traces, abreast.lanes.size()));
   stand_by_surest(methods, result);
+  // Two photodiodes tell by the order in which they see it which way a vehicle drives.
+  if (result.withheld && abreast.lanes.empty() && !site.road.lanes.empty()) {
+    result.direction = Direction::receding;
+    result.warnings.push_back(
+        "no lane of the site is oncoming, and the power laws are those of headlamps that come: a "
+        "camera measures vehicles that drive away");
+  }
   constexpr double kOthersMatter = 0.01;  // of the brightest light
   const bool of_the_site =
       result.withheld == Miss::no_scale || result.withheld == Miss::outside_model;

@@ -59,9 +59,7 @@ bool hangs_below(const Blob& light, const Blob& lamp) {
 bool holds_one_below(const Blob& blob, const RoadView& view) {
   constexpr double kLeastTaller_px = 2.0, kTallerShare = 0.25, kFastest_mps = 40.0;
   constexpr double kRound = 0.25 * kPi;
-  if (blob.kind != LampKind::headlamp || blob.saturated_px == 0 ||
-      has(blob.defects, Defect::cut_by_edge))
-    return false;
+  if (blob.kind != LampKind::headlamp || has(blob.defects, Defect::cut_by_edge)) return false;
   const double width = width_px(blob.box), taller_px = height_px(blob.box) - width;
   if (taller_px < std::max(kLeastTaller_px, kTallerShare * width) ||
       blob.saturated_px < kRound * width * width)
