@@ -40,14 +40,14 @@ std::vector<Link> links_within_gate(const Lamps& lamps, const std::vector<Spot>&
     for (int j = 0; j < static_cast<int>(spots.size()); ++j) {
       const Blob& blob = *spots[j].blob;
       if (opposed(kind, blob.kind)) continue;
-      const auto [chi2, log_det] = lamp.distance(spots[j]);
-      if (!(chi2 < gate_chi2)) continue;
+      const auto distance = lamp.distance_within(spots[j], gate_chi2);
+      if (!distance) continue;
       const double flux_ln = std::log(std::max(blob.flux, 1e-9)) - lamp.log_flux();
       const double most_flux_ln = blob.kind == LampKind::other ? kMostStepDimLn : kMostStepLn;
       if (lamp.sightings() >= kKnown && std::abs(flux_ln) > most_flux_ln) continue;
       const double flux_cost = std::min(kMostFluxCost, std::pow(flux_ln / kFluxSigmaLn, 2));
       const double kind_cost = kind != blob.kind ? kUnknownKindCost : 0.0;
-      links.push_back({i, j, chi2 + log_det + flux_cost + kind_cost});
+      links.push_back({i, j, distance->chi2 + distance->log_det + flux_cost + kind_cost});
     }
   }
   return links;
@@ -89,12 +89,27 @@ void find_doubts(const Lamps& lamps, const std::vector<Link>& links, Association
   }
 }
 
+// Indices of the lamps seen `least` times or more, at most `most` of them.
+std::vector<int> longest_seen(const Lamps& lamps, int least, std::ptrdiff_t most) {
+  std::vector<int> chosen;
+  for (int i = 0; i < static_cast<int>(lamps.size()); ++i)
+    if (lamps[i]->sightings() >= least) chosen.push_back(i);
+  if (std::ssize(chosen) > most) {
+    std::nth_element(chosen.begin(), chosen.begin() + most, chosen.end(), [&](int one, int other) {
+      return lamps[one]->sightings() > lamps[other]->sightings();
+    });
+    chosen.resize(static_cast<std::size_t>(most));
+  }
+  return chosen;
+}
+
 }  // namespace
 
 Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots, double reach_px) {
   constexpr int kFewest = 4, kSettled = 3;
   constexpr std::ptrdiff_t kNearest =
       24;  // spots of one lamp: the cost must not grow with a crowd's square
+  constexpr std::ptrdiff_t kMostLamps = 200;
   constexpr double kAgreement_px = 2.0, kPreferSmall_per_px = 0.03, kLeast_px = 1.5;
   constexpr double kLeastSigmas = 2.0, kMoreThanAtRest = 1.5;
   struct Step {
@@ -104,8 +119,7 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
   std::vector<Step> steps;
   int lamps_used = 0;
   std::vector<double> nearest_px(lamps.size(), kInfinity);
-  for (int i = 0; i < static_cast<int>(lamps.size()); ++i) {
-    if (lamps[i]->sightings() < kSettled) continue;
+  for (const int i : longest_seen(lamps, kSettled, kMostLamps)) {
     const auto before = static_cast<std::ptrdiff_t>(steps.size());
     for (const Spot& spot : spots) {
       const Eigen::Vector2d by_px = spot.at_px - lamps[i]->at_px();

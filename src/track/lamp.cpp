@@ -88,11 +88,15 @@ void Lamp::shift(const Eigen::Vector2d& shift_px, double dt_s) {
   velocity_pxps_ += kShareInVelocity / dt_s * shift_px;
 }
 
-Lamp::Distance Lamp::distance(const Spot& spot) const {
+std::optional<Lamp::Distance> Lamp::distance_within(const Spot& spot, double gate_chi2) const {
   Eigen::Matrix2d covariance = covariance_.topLeftCorner<2, 2>();
   covariance.diagonal().array() += spot.sigma_px * spot.sigma_px;
   const Eigen::Vector2d miss_px = spot.at_px - at_px_;
-  return {miss_px.dot(covariance.inverse() * miss_px), std::log(covariance.determinant())};
+  // No variance is greater than their sum: most spots of a crowd are told to be too far by it.
+  if (miss_px.squaredNorm() > gate_chi2 * covariance.trace()) return std::nullopt;
+  const double chi2 = miss_px.dot(covariance.inverse() * miss_px);
+  if (!(chi2 < gate_chi2)) return std::nullopt;
+  return Distance{chi2, std::log(covariance.determinant())};
 }
 
 void Lamp::correct(const Eigen::Vector2d& measured_px, double sigma_px) {

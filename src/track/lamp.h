@@ -73,11 +73,12 @@ class Lamp {
   /// The whole image moved by `shift_px` within dt_s. Where that goes on frame after frame it is
   /// movement of the lamps after all, so a share of it goes into the velocity.
   void shift(const Eigen::Vector2d& shift_px, double dt_s);
-  /// Squared Mahalanobis distance of a spot, and the log determinant of its covariance.
+  /// Squared Mahalanobis distance of a spot, and the log determinant of its covariance; none where
+  /// the distance is not below the gate.
   struct Distance {
     double chi2, log_det;
   };
-  Distance distance(const Spot& spot) const;
+  std::optional<Distance> distance_within(const Spot& spot, double gate_chi2) const;
   void update(const Spot& spot, std::int64_t frame, CameraTime time);
   /// As above where the blob holds the whole pair and this lamp stands `off_px` from its middle.
   void update_merged(const Spot& spot, const Eigen::Vector2d& off_px, std::int64_t frame,

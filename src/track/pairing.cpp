@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <unordered_set>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -407,10 +408,19 @@ void Pairing::update(Lamps& lamps, Vehicles& vehicles, std::int64_t frame, Camer
   refresh(vehicles, frame, time);
 }
 
-void Pairing::forget(const Lamp* lamp) {
-  std::erase_if(evidence_, [&](const Evidence& pair) { return pair.a == lamp || pair.b == lamp; });
+void Pairing::forget(const std::vector<Lamp*>& lamps) {
+  const std::unordered_set<const Lamp*> gone(lamps.begin(), lamps.end());
+  const auto was_of_one = [&](const Evidence& pair) {
+    return gone.contains(pair.a) || gone.contains(pair.b);
+  };
+  if (gone.empty() || std::erase_if(evidence_, was_of_one) == 0) return;
   index_.clear();
   for (std::size_t i = 0; i < evidence_.size(); ++i) index_[{evidence_[i].a, evidence_[i].b}] = i;
+}
+
+void Pairing::forget_all() {
+  evidence_.clear();
+  index_.clear();
 }
 
 }  // namespace vildar

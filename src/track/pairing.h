@@ -19,7 +19,8 @@ class Pairing {
 
   /// After all lamps have been updated with this frame.
   void update(Lamps& lamps, Vehicles& vehicles, std::int64_t frame, CameraTime time);
-  void forget(const Lamp* lamp);
+  void forget(const std::vector<Lamp*>& lamps);
+  void forget_all();
 
  private:
   struct Evidence {

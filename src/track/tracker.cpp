@@ -281,7 +281,7 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
         auto& past = lamp == vehicle->left ? vehicle->past_left : vehicle->past_right;
         past.insert(past.end(), lamp->records.begin(), lamp->records.end());
         lamp->start_anew(frame.time, vehicle->both_seen);
-        pairing_.forget(lamp);
+        pairing_.forget({lamp});
       }
       vehicle->left = vehicle->right = nullptr;
     }
@@ -299,8 +299,8 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
                             lamp->records.end() - static_cast<std::ptrdiff_t>(most));
     }
   }
+  pairing_.forget(lost);
   for (Lamp* lamp : lost) {
-    pairing_.forget(lamp);
     standing_.erase(lamp);
     Vehicle* vehicle = lamp->vehicle;
     if (!vehicle) {
@@ -434,7 +434,7 @@ std::vector<VehicleTrack> Tracker::Impl::finish() {
   for (const auto& lamp : lamps_)
     if (!lamp->vehicle) end_single(*lamp, ended);
   for (VehicleTrack& track : lone_.take_all()) report(Verdict::vehicle, std::move(track), ended);
-  for (const auto& lamp : lamps_) pairing_.forget(lamp.get());
+  pairing_.forget_all();
   vehicles_.clear();
   waiting_.clear();
   ended_.clear();
