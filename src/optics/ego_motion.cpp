@@ -7,6 +7,9 @@
 #include <span>
 #include <vector>
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+
 #include "core/quantity.h"
 #include "core/robust_line.h"
 #include "optics/road.h"
@@ -19,26 +22,64 @@ constexpr double kLaneKeeping_rad = 0.008, kToAndFro_s = 4.0;
 // Clocks of other devices, and what their gyroscopes are good to.
 constexpr Uncertain kDelay_s{0.0, 0.1}, kTurns{0.0, 0.02};
 
-double wave_at(int k, double share) { return std::cos(k * kPi * share); }
+// Legendre's polynomials of degree 0 to `kDegrees` - 1 at -1 <= x <= 1.
+template <int kDegrees>
+Eigen::Vector<double, kDegrees> legendre(double x) {
+  Eigen::Vector<double, kDegrees> values;
+  values[0] = 1.0;
+  values[1] = x;
+  for (int n = 1; n + 1 < kDegrees; ++n)
+    values[n + 1] = ((2 * n + 1) * x * values[n] - n * values[n - 1]) / (n + 1);
+  return values;
+}
 
-// Variance of the weight of cos(k pi t / T) in a heading of variance 1 that is alike at times apart
-// as exp(-(dt / l)^2 / 2), over a time of T = `lengths` l.
-double wave_variance(int k, double lengths) {
-  constexpr int kPoints = 24;
-  double sum = 0.0;
-  for (int i = 0; i < kPoints; ++i)
-    for (int j = 0; j < kPoints; ++j) {
-      const double apart = lengths * (i - j) / kPoints;
-      sum += wave_at(k, (i + 0.5) / kPoints) * wave_at(k, (j + 0.5) / kPoints) *
-             std::exp(-0.5 * apart * apart);
-    }
-  return (k == 0 ? 1.0 : 4.0) * sum / (kPoints * kPoints);
+// -1 to 1 over the time in which it is watched, and the nearer of them outside.
+double place_in(const TimeSpan& watched, double time_s) {
+  return std::clamp(
+      (2.0 * time_s - watched.from_s - watched.to_s) / (watched.to_s - watched.from_s), -1.0, 1.0);
 }
 
 }  // namespace
 
+HeadingSwings::HeadingSwings(TimeSpan watched, double alike_s) : watched_(watched) {
+  constexpr int kPoints = 48;
+  const double half_s = 0.5 * (watched.to_s - watched.from_s);
+  const auto place_of = [](int point) { return (2.0 * point + 1.0) / kPoints - 1.0; };
+  Eigen::MatrixXd alike(kPoints, kPoints), polynomials(kPoints, kDegrees);
+  for (int i = 0; i < kPoints; ++i) {
+    polynomials.row(i) = legendre<kDegrees>(place_of(i));
+    for (int j = 0; j < kPoints; ++j) {
+      const double apart = half_s * (place_of(i) - place_of(j)) / alike_s;
+      alike(i, j) = std::exp(-0.5 * apart * apart) / kPoints;
+    }
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(alike);
+  const Eigen::MatrixXd largest = modes.eigenvectors().rowwise().reverse().leftCols<kOwnSwings>();
+  variances_ = modes.eigenvalues().reverse().head<kOwnSwings>().array().max(0.0);
+  curves_ = std::sqrt(kPoints) * polynomials.colPivHouseholderQr().solve(largest).transpose();
+}
+
+HeadingSwings::Values HeadingSwings::heading_at(double time_s) const {
+  return (curves_ * legendre<kDegrees>(place_in(watched_, time_s))).array();
+}
+
+HeadingSwings::Values HeadingSwings::way_s(double time_s) const {
+  const double inside_s = std::clamp(time_s, watched_.from_s, watched_.to_s);
+  const auto at = legendre<kDegrees + 1>(place_in(watched_, time_s));
+  Eigen::Vector<double, kDegrees> integral;
+  integral[0] = at[1];
+  for (int n = 1; n < kDegrees; ++n) integral[n] = (at[n + 1] - at[n - 1]) / (2 * n + 1);
+  const double half_s = 0.5 * (watched_.to_s - watched_.from_s);
+  return half_s * (curves_ * integral).array() + (time_s - inside_s) * heading_at(time_s);
+}
+
+HeadingSwings::Values HeadingSwings::way_s(double from_s, double to_s) const {
+  return way_s(to_s) - way_s(from_s);
+}
+
 EgoMotion::EgoMotion(const EgoSite& site, const RoadSite& road, std::optional<TimeSpan> watched)
-    : site_(site), moving_(true), turns_known_(site.turns_known()), watched_(watched) {
+    : site_(site), moving_(true), turns_known_(site.turns_known()) {
+  if (watched && !turns_known_) swings_.emplace(*watched, kToAndFro_s / kPi);
   if (road.radius_m) road_curvature_per_m_ = bend_of(road) / road.radius_m->mean;
   straight_m_ = road.straight_m;
   if (turns_known_) curvature_per_m_ = road_curvature_per_m_;
@@ -124,35 +165,27 @@ EgoDeviation EgoMotion::deviation(double reference_s, double time_s) const {
 std::array<EgoDeviation::Swing, kOwnSwings> EgoMotion::swings_by(double reference_s,
                                                                  double time_s) const {
   std::array<EgoDeviation::Swing, kOwnSwings> swings{};
-  if (!watched_) return swings;
-  const double seen_s = watched_->to_s - watched_->from_s;
-  const auto share_at = [&](double at_s) { return (at_s - watched_->from_s) / seen_s; };
-  const double length_m = seen_s * speed_mps(reference_s);
-  for (int k = 1; k <= kOwnSwings; ++k) {
-    const double turns = k * kPi;
-    swings[static_cast<std::size_t>(k) - 1] = {
-        length_m / turns *
-            (std::sin(turns * share_at(time_s)) - std::sin(turns * share_at(reference_s))),
-        wave_at(k, share_at(time_s))};
-  }
+  if (!swings_) return swings;
+  const HeadingSwings::Values heading = swings_->heading_at(time_s);
+  const HeadingSwings::Values aside_m =
+      speed_mps(reference_s) * swings_->way_s(reference_s, time_s);
+  for (int k = 0; k < kOwnSwings; ++k)
+    swings[static_cast<std::size_t>(k)] = {aside_m[k], heading[k]};
   return swings;
 }
 
 OwnWay EgoMotion::lane_keeping(double reference_s) const {
   constexpr double kCreeping_mps = 5.0;  // slower, one does not turn as much
   constexpr double kLanePlace_m = 0.25;
+  constexpr double kTold = 1e-6;  // less of the variance moves no lamp by a hundredth of a pixel
   OwnWay own;
   if (!site_.trace.empty()) own.delay_s = kDelay_s;
-  if (!watched_) return own;
-  const double alike_s = kToAndFro_s / kPi;
-  const double lengths = (watched_->to_s - watched_->from_s) / alike_s;
+  if (!swings_) return own;
   const double share = std::min(1.0, speed_mps(reference_s) / kCreeping_mps);
-  const double keeping_rad = kLaneKeeping_rad * share;
-  own.heading_rad.std = keeping_rad * std::sqrt(wave_variance(0, lengths));
   own.aside_std_m = kLanePlace_m * share;
-  for (int k = 1; k <= kOwnSwings; ++k)
-    own.swings[static_cast<std::size_t>(k) - 1].std =
-        keeping_rad * std::sqrt(wave_variance(k, lengths));
+  for (int k = 0; k < kOwnSwings && swings_->variances()[k] > kTold; ++k)
+    own.swings[static_cast<std::size_t>(k)].std =
+        kLaneKeeping_rad * share * std::sqrt(swings_->variances()[k]);
   return own;
 }
 

@@ -3,12 +3,14 @@
 #include <array>
 #include <optional>
 
+#include <Eigen/Core>
+
 #include "types/site.h"
 
 namespace vildar {
 
 /// Ways in which the camera's own vehicle may have turned otherwise than is told.
-inline constexpr int kOwnSwings = 3;
+inline constexpr int kOwnSwings = 8;
 
 /// Where the camera's own vehicle stands relative to where it would be had it followed the road at
 /// its speed of a reference time; zero for a fixed camera and, but for along_m and by_swing, for a
@@ -45,12 +47,11 @@ struct DrivenPose {
 
 /// How the camera's own vehicle drives on its road at one time.
 struct OwnWay {
-  /// Off the road's, anticlockwise: at that time where yaw rates are told, else the mean over the
-  /// time in which it is watched.
+  /// Off the road's at that time, anticlockwise, where yaw rates are told; else in the swings.
   Uncertain heading_rad;
   Uncertain delay_s;  ///< to be added to the trace's stamps
   /// Where yaw rates are told the first is their relative error, and there are no more; else those
-  /// of the heading, rad, by cos(k pi t / T) over a time of T in which it is watched, k from 1.
+  /// of the heading, rad, by HeadingSwings' curves, each of which has a mean square of 1.
   std::array<Uncertain, kOwnSwings> swings{};
   double aside_std_m =
       0.0;  ///< off the road's line y = 0: half of how far it goes to and fro, as far as told
@@ -59,6 +60,32 @@ struct OwnWay {
 /// Seconds of clip time; from_s < to_s.
 struct TimeSpan {
   double from_s = 0.0, to_s = 0.0;
+};
+
+/// Curves whose sum with independent weights is a heading that goes to and fro, alike at times
+/// apart by dt as exp(-(dt / l)^2 / 2): the first of that process's Karhunen-Loeve expansion over
+/// the time in which it is watched, largest first.
+class HeadingSwings {
+ public:
+  using Values = Eigen::Array<double, kOwnSwings, 1>;
+
+  HeadingSwings(TimeSpan watched, double alike_s);
+
+  /// Of the weights, for a heading of variance 1.
+  const Values& variances() const { return variances_; }
+  /// Before and after the time in which it is watched as at its ends.
+  Values heading_at(double time_s) const;
+  /// The headings' integral over time.
+  Values way_s(double from_s, double to_s) const;
+
+ private:
+  static constexpr int kDegrees = 24;  // of Legendre's polynomials
+
+  Values way_s(double time_s) const;
+
+  TimeSpan watched_;
+  Eigen::Matrix<double, kOwnSwings, kDegrees> curves_;
+  Values variances_;
 };
 
 /// Motion of the camera over the ground: none, a constant speed, or a trace.
@@ -95,8 +122,8 @@ class EgoMotion {
   double road_curvature_per_m_ = 0.0, straight_m_ = 0.0;  ///< of the road's line y = 0
   bool moving_ = false;
   bool turns_known_ = false;
-  double curvature_per_m_ = 0.0;  ///< of the road; zero where the turns are not known
-  std::optional<TimeSpan> watched_;
+  double curvature_per_m_ = 0.0;         ///< of the road; zero where the turns are not known
+  std::optional<HeadingSwings> swings_;  ///< where it is watched and no yaw rates tell its turns
 };
 
 }  // namespace vildar
