@@ -44,6 +44,16 @@ NominalSizes nominal_sizes(const GeometryProblem& problem) {
   return sizes;
 }
 
+double usual_range_m(const std::vector<RoughPath>& paths) {
+  std::vector<double> by_path_m;
+  for (const RoughPath& path : paths) {
+    std::vector<double> range_m;
+    for (const RoughPoint& point : path) range_m.push_back(point.place_m.norm());
+    by_path_m.push_back(median(std::move(range_m)));
+  }
+  return median(std::move(by_path_m));
+}
+
 // Best of the fits from all starts, tried in the order of their costs; the first that explains the
 // data is taken without trying the others.
 Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView& view,
@@ -60,7 +70,7 @@ Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView&
   }
   if (paths.empty()) return Miss::not_on_road;
   problem.reference_s = reference_time_s(paths.front());
-  const OwnWay own = ego.own_way(problem.reference_s);
+  const OwnWay own = ego.own_way(problem.reference_s, usual_range_m(paths));
   problem.ego_unknowns = {own.heading_rad, own.delay_s};
   std::ranges::copy(own.swings, problem.ego_unknowns.end() - kOwnSwings);
   problem.setting.ego_unsure =
@@ -150,7 +160,9 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
   seen.bearing_of = view.of;
   seen.from_s = seconds_of(track.sightings.front().time);
   seen.to_s = seconds_of(track.sightings.back().time);
-  if (site.ego) seen.ego = EgoMotion(*site.ego, site.road, TimeSpan{seen.from_s, seen.to_s});
+  if (site.ego)
+    seen.ego = EgoMotion(*site.ego, site.road,
+                         Watched{{seen.from_s, seen.to_s}, track.direction == Direction::receding});
   GeometryProblem& problem = seen.problem;
   problem.setting = path_setting(*site.camera, site.road);
   problem.lamps = view.lamps;
@@ -186,6 +198,20 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
       seen.change = std::move(*change);
   };
   look();
+  // A vehicle pitches and swerves as nobody tells. Where that has drawn the path to lengths that no
+  // vehicle has, all that is left of the bearings counts as what they are good to.
+  if (seen.ego.moving() && seen.fit.prior_chi2 > kMostMetricChi2 &&
+      (found.check.sigma_factor.array() > kFarOff).any()) {
+    GeometryProblem doubted = problem;
+    doubted.sigma_factor = found.check.sigma_factor.cwiseMax(1.0);
+    const auto again = fit_from_starts(doubted, view, site.road, seen.ego);
+    const auto* fit = std::get_if<GeometryFit>(&again);
+    if (fit && fit->prior_chi2 < kMostMetricChi2) {
+      problem = std::move(doubted);
+      seen.fit = *fit;
+      look();
+    }
+  }
   const Eigen::Vector2d quick = found.check.quick_factor;
   if ((quick.array() > kFarOff).any()) {
     problem.sigma_factor = quick;

@@ -33,6 +33,36 @@ VehicleTrack part_of(const VehicleTrack& track, const Part& part) {
   return cut;
 }
 
+// Turns of the camera's own vehicle that nobody tells are followed for so long alone, see
+// kOwnSwings: of a vehicle that is longer ahead the part in which it is nearest, as its lamps tell.
+constexpr double kOwnTurnsFollowed_s = 6.0;
+
+std::optional<VehicleTrack> nearest_part(const VehicleTrack& track, const Site& site) {
+  if (!site.ego || site.ego->turns_known()) return std::nullopt;
+  const auto& seen = track.sightings;
+  const auto length_s = [](auto from, auto to) {
+    return seconds_of(to->time) - seconds_of(from->time);
+  };
+  if (length_s(seen.begin(), seen.end() - 1) <= kOwnTurnsFollowed_s) return std::nullopt;
+  const auto nearness = [](const VehicleSighting& sighting) {
+    if (!sighting.left || !sighting.right) return 0.0;
+    return (sighting.right->centre_px - sighting.left->centre_px).squaredNorm();
+  };
+  double sum = 0.0, most = -1.0;
+  auto from = seen.begin(), best_from = from, best_to = from;
+  for (auto to = seen.begin(); to != seen.end(); ++to) {
+    sum += nearness(*to);
+    for (; length_s(from, to) > kOwnTurnsFollowed_s; ++from) sum -= nearness(*from);
+    if (sum <= most) continue;
+    most = sum;
+    best_from = from;
+    best_to = to;
+  }
+  VehicleTrack part = track;
+  part.sightings.assign(best_from, best_to + 1);
+  return part;
+}
+
 // Lone lights before a pair may be another vehicle's, or glints: what both lamps were seen in
 // counts.
 double share_of_pairs(const VehicleTrack& part, const VehicleTrack& track) {
@@ -158,9 +188,19 @@ bool of_two_vehicles(const Trajectory& likeliest, const Uncertain& tilt_rad) {
 
 }  // namespace
 
-Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& track, const Camera& camera,
+Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& whole, const Camera& camera,
                                                   const Site& site,
                                                   std::vector<std::string>& warnings) {
+  const auto nearest = nearest_part(whole, site);
+  const VehicleTrack& track = nearest ? *nearest : whole;
+  const auto measured_alone = [](double from_s, double to_s) {
+    return "measured from " + fixed_text(from_s, 2) + " to " + fixed_text(to_s, 2) + " s alone";
+  };
+  if (nearest)
+    warnings.push_back(
+        "followed for longer than the own vehicle's turns can be without yaw rates: " +
+        measured_alone(seconds_of(track.sightings.front().time),
+                       seconds_of(track.sightings.back().time)));
   auto outcome = fit_bearings(track, camera, site);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   BearingFit& first = std::get<BearingFit>(outcome);
@@ -185,9 +225,8 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& track, con
       if (most.sigmas > kByChance)
         first.check.sigma_factor =
             first.check.sigma_factor.cwiseMax(most.sigmas * first.trajectory.problem.sigma_factor);
-      warnings.push_back("its motion or its lamps change in view: measured from " +
-                         fixed_text(first.trajectory.from_s, 2) + " to " +
-                         fixed_text(first.trajectory.to_s, 2) + " s alone");
+      warnings.push_back("its motion or its lamps change in view: " +
+                         measured_alone(first.trajectory.from_s, first.trajectory.to_s));
     }
   }
   Trajectory& seen = first.trajectory;

@@ -77,12 +77,14 @@ HeadingSwings::Values HeadingSwings::way_s(double from_s, double to_s) const {
   return way_s(to_s) - way_s(from_s);
 }
 
-EgoMotion::EgoMotion(const EgoSite& site, const RoadSite& road, std::optional<TimeSpan> watched)
+EgoMotion::EgoMotion(const EgoSite& site, const RoadSite& road, std::optional<Watched> watched)
     : site_(site), moving_(true), turns_known_(site.turns_known()) {
-  if (watched && !turns_known_) swings_.emplace(*watched, kToAndFro_s / kPi);
   if (road.radius_m) road_curvature_per_m_ = bend_of(road) / road.radius_m->mean;
   straight_m_ = road.straight_m;
   if (turns_known_) curvature_per_m_ = road_curvature_per_m_;
+  if (!watched || turns_known_) return;
+  swings_.emplace(watched->time, kToAndFro_s / kPi);
+  same_way_ = watched->same_way;
 }
 
 double EgoMotion::interpolated(double time_s, double EgoSample::*field) const {
@@ -167,14 +169,14 @@ std::array<EgoDeviation::Swing, kOwnSwings> EgoMotion::swings_by(double referenc
   std::array<EgoDeviation::Swing, kOwnSwings> swings{};
   if (!swings_) return swings;
   const HeadingSwings::Values heading = swings_->heading_at(time_s);
-  const HeadingSwings::Values aside_m =
-      speed_mps(reference_s) * swings_->way_s(reference_s, time_s);
+  const double speed = same_way_ ? 0.0 : speed_mps(reference_s);
+  const HeadingSwings::Values aside_m = speed * swings_->way_s(reference_s, time_s);
   for (int k = 0; k < kOwnSwings; ++k)
     swings[static_cast<std::size_t>(k)] = {aside_m[k], heading[k]};
   return swings;
 }
 
-OwnWay EgoMotion::lane_keeping(double reference_s) const {
+OwnWay EgoMotion::lane_keeping(double reference_s, double range_m) const {
   constexpr double kCreeping_mps = 5.0;  // slower, one does not turn as much
   constexpr double kLanePlace_m = 0.25;
   constexpr double kTold = 1e-6;  // less of the variance moves no lamp by a hundredth of a pixel
@@ -183,17 +185,18 @@ OwnWay EgoMotion::lane_keeping(double reference_s) const {
   if (!swings_) return own;
   const double share = std::min(1.0, speed_mps(reference_s) / kCreeping_mps);
   own.aside_std_m = kLanePlace_m * share;
+  const double swaying_rad = same_way_ ? std::sqrt(2.0) * kLanePlace_m / range_m : 0.0;
+  const double swing_rad = share * std::hypot(kLaneKeeping_rad, swaying_rad);
   for (int k = 0; k < kOwnSwings && swings_->variances()[k] > kTold; ++k)
-    own.swings[static_cast<std::size_t>(k)].std =
-        kLaneKeeping_rad * share * std::sqrt(swings_->variances()[k]);
+    own.swings[static_cast<std::size_t>(k)].std = swing_rad * std::sqrt(swings_->variances()[k]);
   return own;
 }
 
-OwnWay EgoMotion::own_way(double reference_s) const {
+OwnWay EgoMotion::own_way(double reference_s, double range_m) const {
   constexpr double kReach_s = 8.0, kStep_s = 0.05;
   constexpr double kUnsure = 0.2;  // of the largest swing off the road
   constexpr double kMostOff_rad = 0.15;
-  if (!turns_known_) return lane_keeping(reference_s);
+  if (!turns_known_) return lane_keeping(reference_s, range_m);
   const OwnWay untold{{0.0, kLaneKeeping_rad}, kDelay_s, {kTurns}, 0.0};
   if (!covers(reference_s, reference_s)) return untold;
   const double from_s = std::max(reference_s - kReach_s, site_.trace.front().time_s);

@@ -62,6 +62,14 @@ struct TimeSpan {
   double from_s = 0.0, to_s = 0.0;
 };
 
+/// Another vehicle, seen from the own one.
+struct Watched {
+  TimeSpan time;
+  /// It drives the same way, as far ahead (or behind) for seconds, and keeps to its lane no better:
+  /// how either sways and turns is one swing of the bearings then, and tells no length.
+  bool same_way = false;
+};
+
 /// Curves whose sum with independent weights is a heading that goes to and fro, alike at times
 /// apart by dt as exp(-(dt / l)^2 / 2): the first of that process's Karhunen-Loeve expansion over
 /// the time in which it is watched, largest first.
@@ -94,7 +102,7 @@ class EgoMotion {
   EgoMotion() = default;
   /// Unless told when it is watched, one without yaw rates keeps to the road.
   EgoMotion(const EgoSite& site, const RoadSite& road,
-            std::optional<TimeSpan> watched = std::nullopt);
+            std::optional<Watched> watched = std::nullopt);
 
   bool moving() const { return moving_; }
   double speed_mps(double time_s) const;
@@ -102,8 +110,9 @@ class EgoMotion {
   double speed_std_mps() const { return moving_ ? site_.speed_mps.std : 0.0; }
   EgoDeviation deviation(double reference_s, double time_s) const;
   /// As yaw rates tell it: over some seconds about `reference_s` one drives along the road for the
-  /// most part. Without them one who is watched heads to and fro within the lane.
-  OwnWay own_way(double reference_s) const;
+  /// most part. Without them one heads to and fro within the lane, and what is watched at about
+  /// `range_m` may do so, too.
+  OwnWay own_way(double reference_s, double range_m) const;
   /// Driven on, or back, from a pose: it turns as yaw rates say, else as the road's line y = 0
   /// turns `way_m` from where the clip began.
   DrivenPose driven(const DrivenPose& from, double to_s) const;
@@ -112,7 +121,7 @@ class EgoMotion {
 
  private:
   double interpolated(double time_s, double EgoSample::*field) const;
-  OwnWay lane_keeping(double reference_s) const;
+  OwnWay lane_keeping(double reference_s, double range_m) const;
   std::array<EgoDeviation::Swing, kOwnSwings> swings_by(double reference_s, double time_s) const;
   /// `turn_rate_rad_per_s(time_s, way_m)`, anticlockwise.
   template <class TurnRate>
@@ -123,7 +132,8 @@ class EgoMotion {
   bool moving_ = false;
   bool turns_known_ = false;
   double curvature_per_m_ = 0.0;         ///< of the road; zero where the turns are not known
-  std::optional<HeadingSwings> swings_;  ///< where it is watched and no yaw rates tell its turns
+  std::optional<HeadingSwings> swings_;  ///< where one watches and no yaw rates tell the turns
+  bool same_way_ = false;                ///< see Watched
 };
 
 }  // namespace vildar

@@ -158,33 +158,112 @@ TEST(Geometry, ADashcamThatSwervesKeepsItsIntervals) {
   EXPECT_GE(passes.inside_share(), 0.88);
 }
 
-// Half a degree to and fro, every 5 to 12 s, of which the site says nothing.
-TEST(Geometry, ADashcamThatWandersUntoldKeepsItsIntervals) {
+// Half a degree to and fro, every 5 to 12 s.
+struct Wander {
+  Heading heading_rad, left_m;  // about the middle of its lane
+};
+
+Wander wander(Random& random) {
   const double kWave_rad = 0.008 / std::sqrt(1.5);
+  struct Wave {
+    double rate_rad_per_s, phase_rad;
+  };
+  std::array<Wave, 3> waves;
+  for (auto& [rate_rad_per_s, phase_rad] : waves) {
+    rate_rad_per_s = 2.0 * kPi / random.uniform(5.0, 12.0);
+    phase_rad = random.uniform(0.0, 2.0 * kPi);
+  }
+  Wander found;
+  found.heading_rad = [=](double time_s) {
+    double sum = 0.0;
+    for (const auto& [rate_rad_per_s, phase_rad] : waves)
+      sum += std::sin(rate_rad_per_s * time_s + phase_rad);
+    return kWave_rad * sum;
+  };
+  found.left_m = [=](double time_s) {
+    double sum = 0.0;
+    for (const auto& [rate_rad_per_s, phase_rad] : waves)
+      sum -= std::cos(rate_rad_per_s * time_s + phase_rad) / rate_rad_per_s;
+    return kWave_rad * kOwnSpeed_mps * sum;
+  };
+  return found;
+}
+
+// Of which the site says nothing.
+TEST(Geometry, ADashcamThatWandersUntoldKeepsItsIntervals) {
   DashcamPasses passes;
   for (int i = 0; i < 100; ++i) {
     Random random(static_cast<std::uint64_t>(20261225 + i));
-    struct Wave {
-      double rate_rad_per_s, phase_rad;
-    };
-    std::array<Wave, 3> waves;
-    for (auto& [rate_rad_per_s, phase_rad] : waves) {
-      rate_rad_per_s = 2.0 * kPi / random.uniform(5.0, 12.0);
-      phase_rad = random.uniform(0.0, 2.0 * kPi);
-    }
-    const Heading heading_rad = [&](double time_s) {
-      double sum = 0.0;
-      for (const auto& [rate_rad_per_s, phase_rad] : waves)
-        sum += std::sin(rate_rad_per_s * time_s + phase_rad);
-      return kWave_rad * sum;
-    };
-    double left_m = 0.0;  // about the middle of its lane
-    for (const auto& [rate_rad_per_s, phase_rad] : waves)
-      left_m -= kWave_rad * kOwnSpeed_mps / rate_rad_per_s * std::cos(phase_rad);
-    passes.add(random, heading_rad, left_m, EgoSite{{kOwnSpeed_mps, 0.0}, {}, {}});
+    const auto [heading_rad, left_m] = wander(random);
+    passes.add(random, heading_rad, left_m(0.0), EgoSite{{kOwnSpeed_mps, 0.0}, {}, {}});
   }
   EXPECT_GE(passes.measured_share(), 0.9);
   EXPECT_GE(passes.inside_share(), 0.9);
+}
+
+struct CarsAhead {
+  int measured = 0, inside = 0;
+  double sigma_mps = 0.0;  // mean
+};
+
+constexpr int kCarsAhead = 30;
+
+// Cars ahead of a dashcam that wanders untold, and pitches.
+CarsAhead cars_ahead(double seen_s, double pitching_px) {
+  constexpr double kPitching_hz = 1.4;
+  CarsAhead found;
+  for (int i = 0; i < kCarsAhead; ++i) {
+    Random random(static_cast<std::uint64_t>(20261126 + i));
+    const auto [heading_rad, left_m] = wander(random);
+    Site site = dashcam_site();
+    site.ego = EgoSite{{kOwnSpeed_mps, 0.0}, {}, {}};
+    const double speed_mps = kOwnSpeed_mps + random.uniform(-0.6, 1.5);
+    const Vehicle ahead{-speed_mps,
+                        0.0,
+                        random.uniform(22.0, 35.0),
+                        0.3 * random.normal(),
+                        0.65 + 0.1 * random.normal(),
+                        1.2 + 0.15 * random.normal()};
+    View view;
+    view.sigma_px = 0.05;
+    view.to_s = seen_s;
+    const std::function<Eigen::Vector3d(double)> pose = [&](double time_s) {
+      return Eigen::Vector3d(kOwnSpeed_mps * time_s, left_m(time_s), heading_rad(time_s));
+    };
+    view.ego_pose = &pose;
+    VehicleTrack track = track_of(ahead, site, view, random);
+    track.kind = LampKind::taillamp;
+    track.direction = Direction::receding;
+    const double phase_rad = random.uniform(0.0, 2.0 * kPi);
+    for (VehicleSighting& sighting : track.sightings)
+      for (auto* lamp : {&sighting.left, &sighting.right})
+        if (*lamp)
+          (*lamp)->centre_px.y() +=
+              pitching_px *
+              std::sin(2.0 * kPi * kPitching_hz * seconds_of(sighting.time) + phase_rad);
+    const VehicleResult result = estimate_vehicle(track, site, {}).result;
+    if (result.withheld) continue;
+    const SpeedEstimate& speed = result.speed;
+    ++found.measured;
+    found.inside += speed.lo95_mps <= speed_mps && speed_mps <= speed.hi95_mps;
+    found.sigma_mps += speed.std_mps / kCarsAhead;
+  }
+  return found;
+}
+
+TEST(Geometry, ACarAheadIsMeasuredHoweverOneWanders) {
+  for (const double seen_s : {4.5, 15.0}) {
+    const CarsAhead cars = cars_ahead(seen_s, 0.0);
+    EXPECT_GE(cars.measured, 28) << seen_s << " s";
+    EXPECT_GE(cars.inside, 0.9 * cars.measured) << seen_s << " s";
+    EXPECT_LT(cars.sigma_mps, 0.3) << seen_s << " s";
+  }
+}
+
+TEST(Geometry, ACarAheadIsMeasuredWhereOnesOwnPitches) {
+  const CarsAhead cars = cars_ahead(4.5, 2.0);
+  EXPECT_GE(cars.measured, 27);
+  EXPECT_GE(cars.inside, 0.9 * cars.measured);
 }
 
 // A queue before a low camera: of each car one lamp shows beside the car ahead.

@@ -11,6 +11,8 @@
 namespace vildar {
 namespace {
 
+constexpr double kFar_m = 1e3;
+
 TEST(EgoMotion, DrivesAlongTheRoadOrAsYawRatesSay) {
   EgoSite ego{{20.0, 0.0}, {}, {}};
   RoadSite road;
@@ -64,7 +66,7 @@ TEST(EgoMotion, TellsASwerveFromTheRoad) {
     for (const double reference_s : {8.6, 9.5, 10.2}) {
       const double phase = (reference_s - 8.0) / 3.0;
       const double off_rad = 0.08 * 3.0 * (1.0 - std::cos(2.0 * kPi * phase)) / (2.0 * kPi);
-      const auto [heading_rad, delay_s, swings, aside_std_m] = motion.own_way(reference_s);
+      const auto [heading_rad, delay_s, swings, aside_std_m] = motion.own_way(reference_s, kFar_m);
       EXPECT_NEAR(heading_rad.mean, off_rad, 0.003) << reference_s;
       EXPECT_NEAR(heading_rad.std, 0.2 * 0.08 * 3.0 / kPi, 0.002) << reference_s;
       // The mean heading is half of the largest, held for 3 s at 20 m/s.
@@ -75,8 +77,9 @@ TEST(EgoMotion, TellsASwerveFromTheRoad) {
 
 TEST(EgoMotion, KeepsToTheRoadWhereItTurnsEvenlyOrNotAtAll) {
   for (const double drift_rad_per_s : {0.001, 0.02}) {
-    const Uncertain even =
-        EgoMotion(swerving(-9.0, 3.0, drift_rad_per_s), RoadSite{}).own_way(6.0).heading_rad;
+    const Uncertain even = EgoMotion(swerving(-9.0, 3.0, drift_rad_per_s), RoadSite{})
+                               .own_way(6.0, kFar_m)
+                               .heading_rad;
     EXPECT_NEAR(even.mean, 0.0, 1e-3);
     EXPECT_GT(even.std, 0.002);
     EXPECT_LT(even.std, 0.008);
@@ -84,18 +87,20 @@ TEST(EgoMotion, KeepsToTheRoadWhereItTurnsEvenlyOrNotAtAll) {
   // Beyond the trace's ends nothing is known of it but lane keeping.
   const EgoMotion bend(swerving(-9.0, 3.0, 0.05), RoadSite{});
   for (const double reference_s : {-1.0, 21.0}) {
-    EXPECT_EQ(bend.own_way(reference_s).heading_rad, (Uncertain{0.0, 0.008})) << reference_s;
+    EXPECT_EQ(bend.own_way(reference_s, kFar_m).heading_rad, (Uncertain{0.0, 0.008}))
+        << reference_s;
   }
-  EXPECT_GT(bend.own_way(0.0).heading_rad.std, 1.5 * bend.own_way(10.0).heading_rad.std);
+  EXPECT_GT(bend.own_way(0.0, kFar_m).heading_rad.std,
+            1.5 * bend.own_way(10.0, kFar_m).heading_rad.std);
   // Turns off at a junction, 0.4 rad/s from 9 s on.
   EgoSite turns_off{{8.0, 0.0}, {}, {}};
   for (int i = 0; i <= 1200; ++i) turns_off.trace.push_back({0.01 * i, 8.0, i > 900 ? 0.4 : 0.0});
-  const Uncertain before = EgoMotion(turns_off, RoadSite{}).own_way(7.0).heading_rad;
+  const Uncertain before = EgoMotion(turns_off, RoadSite{}).own_way(7.0, kFar_m).heading_rad;
   EXPECT_NEAR(before.mean, 0.0, 1e-3);
   EXPECT_LT(before.std, 0.035);
-  EXPECT_EQ(EgoMotion(EgoSite{{20.0, 0.0}, {}, {}}, RoadSite{}).own_way(3.0).heading_rad,
+  EXPECT_EQ(EgoMotion(EgoSite{{20.0, 0.0}, {}, {}}, RoadSite{}).own_way(3.0, kFar_m).heading_rad,
             Uncertain{});
-  EXPECT_EQ(EgoMotion().own_way(3.0).heading_rad, Uncertain{});
+  EXPECT_EQ(EgoMotion().own_way(3.0, kFar_m).heading_rad, Uncertain{});
 }
 
 // The same trace, 20 ms later and earlier.
@@ -158,8 +163,8 @@ TEST(EgoMotion, SwingsFollowASine) {
 
 TEST(EgoMotion, WithoutYawRatesSwingsWithinTheLane) {
   for (const double seen_s : {0.5, 2.0, 4.0}) {
-    const EgoMotion motion(EgoSite{{20.0, 0.0}, {}, {}}, RoadSite{}, TimeSpan{3.0, 3.0 + seen_s});
-    const OwnWay own = motion.own_way(3.5);
+    const EgoMotion motion(EgoSite{{20.0, 0.0}, {}, {}}, RoadSite{}, Watched{{3.0, 3.0 + seen_s}});
+    const OwnWay own = motion.own_way(3.5, kFar_m);
     double variance = 0.0;
     for (const Uncertain& swing : own.swings) variance += swing.std * swing.std;
     EXPECT_NEAR(std::sqrt(variance), 0.008, 2e-5) << seen_s;
@@ -168,8 +173,8 @@ TEST(EgoMotion, WithoutYawRatesSwingsWithinTheLane) {
   }
   // Less where it creeps, and not at all where it stands.
   const auto swing_at = [](double speed_mps) {
-    return EgoMotion(EgoSite{{speed_mps, 0.0}, {}, {}}, RoadSite{}, TimeSpan{0.0, 2.0})
-        .own_way(1.0)
+    return EgoMotion(EgoSite{{speed_mps, 0.0}, {}, {}}, RoadSite{}, Watched{{0.0, 2.0}})
+        .own_way(1.0, kFar_m)
         .swings[0]
         .std;
   };
@@ -179,7 +184,7 @@ TEST(EgoMotion, WithoutYawRatesSwingsWithinTheLane) {
 
 TEST(EgoMotion, SwingsMoveItAside) {
   constexpr double kStep_s = 1e-4, kSpeed_mps = 20.0;
-  const EgoMotion motion(EgoSite{{kSpeed_mps, 0.0}, {}, {}}, RoadSite{}, TimeSpan{1.0, 4.0});
+  const EgoMotion motion(EgoSite{{kSpeed_mps, 0.0}, {}, {}}, RoadSite{}, Watched{{1.0, 4.0}});
   for (const double time_s : {1.01, 1.7, 3.0, 3.99})
     for (std::size_t k = 0; k < kOwnSwings; ++k) {
       const auto left_m = [&](double at_s) {
@@ -190,6 +195,16 @@ TEST(EgoMotion, SwingsMoveItAside) {
                   kSpeed_mps * heading_rad, 1e-3);
       EXPECT_EQ(left_m(2.5), 0.0);
     }
+}
+
+// Neither of two that go the same way keeps to its lane better, and what both do is one.
+TEST(EgoMotion, SwingsWithOneAhead) {
+  const EgoMotion motion(EgoSite{{20.0, 0.0}, {}, {}}, RoadSite{}, Watched{{0.0, 4.0}, true});
+  EXPECT_EQ(motion.deviation(1.0, 3.0).by_swing[0].left_m, 0.0);
+  EXPECT_NE(motion.deviation(1.0, 3.0).by_swing[0].heading_rad, 0.0);
+  const double near_rad = motion.own_way(1.0, 10.0).swings[0].std;
+  const double far_rad = motion.own_way(1.0, kFar_m).swings[0].std;
+  EXPECT_NEAR(near_rad / far_rad, std::hypot(0.008, std::sqrt(2.0) * 0.025) / 0.008, 0.01);
 }
 
 // Of yaw rates that are 2 % too high all that they tell of headings is.
