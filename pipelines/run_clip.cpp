@@ -88,7 +88,7 @@ class Measuring {
         passes_(traces.size() > 1 && !site.ego ? passes_of(traces) : std::vector<PowerPass>{}),
         tracks_(tracks),
         measurement_(measurement),
-        measured_(RoadView(site).height_over_lamps_m()) {}
+        measured_(RoadView(site).height_over_lamps_m(), RoadView(site).lamp_height_m()) {}
 
   void take(std::vector<VehicleTrack> ended, const Tracker& tracker) {
     for (VehicleTrack& track : ended) {

@@ -92,6 +92,7 @@ double brightest_flux(const TrackRow& row) {
 // stand one above the other.
 struct Together {
   std::vector<double> carrier_m, upper_m;
+  std::vector<double> brighter;  // the upper lamps over the carrier's
   double in_line = 0.0;
   double mean_off_m = 0.0;  // across, where the carrier is
 };
@@ -113,6 +114,7 @@ Together seen_together(const VehicleEstimate& upper, const VehicleEstimate& carr
     const double off_rad = above_rad->x() - carrier_rad->x();
     seen.in_line += std::abs(*b.range_m * off_rad) < kBeside_m;
     seen.mean_off_m += *b.range_m * off_rad;
+    seen.brighter.push_back(brightest_flux(a) / brightest_flux(b));
     seen.carrier_m.push_back(*b.range_m);
     seen.upper_m.push_back(*b.range_m * std::tan(carrier_down) / std::tan(upper_down));
   });
@@ -120,6 +122,45 @@ Together seen_together(const VehicleEstimate& upper, const VehicleEstimate& carr
   seen.in_line /= count;
   seen.mean_off_m /= count;
   return seen;
+}
+
+// How the lamps of `upper` keep in one line with the camera and those of `carrier`, from high over
+// the lamps: as if they were farther off by a factor, and as much faster.
+struct InLine {
+  double factor = 1.0;
+  double back_m = 0.0;      // of the upper lamps' place behind the carrier's
+  double over_m = 0.0;      // over the carrier's, if those are where they seem to be
+  double mean_off_m = 0.0;  // across
+  double brighter = 0.0;    // the upper lamps over the carrier's
+};
+
+std::optional<InLine> keeps_in_line(const VehicleEstimate& upper, const VehicleEstimate& carrier,
+                                    double over_lamps_m) {
+  constexpr double kHighCamera_m = 2.0, kNearer = 1.3, kShareInLine = 0.8, kSigmas = 3.0;
+  constexpr double kMostBack_m = 5.0, kMostBackSigma_m = 2.0;
+  constexpr std::size_t kFewest = 10;
+  if (over_lamps_m < kHighCamera_m || upper.trajectories.empty() || carrier.trajectories.empty() ||
+      upper.result.direction != carrier.result.direction)
+    return std::nullopt;
+  const Together seen = seen_together(upper, carrier);
+  const std::size_t frames = seen.carrier_m.size();
+  if (frames < kFewest || seen.in_line < kShareInLine) return std::nullopt;
+  const auto [nearest_m, farthest_m] = std::ranges::minmax(seen.carrier_m);
+  if (farthest_m < kNearer * nearest_m) return std::nullopt;
+  // The factor is the line's slope, the place behind the carrier's lamps its intercept.
+  const auto line = fit_line(seen.carrier_m, seen.upper_m);
+  const auto* fit = std::get_if<LineFit>(&line);
+  if (!fit || fit->slope - 1.0 < kSigmas * fit->slope_sigma) return std::nullopt;
+  const double mean_m = std::accumulate(seen.carrier_m.begin(), seen.carrier_m.end(), 0.0) /
+                        static_cast<double>(frames);
+  const double back_sigma_m =
+      std::hypot(fit->residual_sigma / std::sqrt(static_cast<double>(frames)),
+                 fit->slope_sigma * mean_m) /
+      fit->slope;
+  InLine found{fit->slope, fit->intercept / fit->slope, over_lamps_m * (1.0 - 1.0 / fit->slope),
+               seen.mean_off_m, median(seen.brighter)};
+  if (std::abs(found.back_m) > kMostBack_m || back_sigma_m > kMostBackSigma_m) return std::nullopt;
+  return found;
 }
 
 void withhold_second(VehicleEstimate& second, const std::string& why) {
@@ -155,33 +196,12 @@ bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other) {
 }
 
 bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, double over_lamps_m) {
-  constexpr double kHighCamera_m = 2.0;
   constexpr double kLowest_m = 0.6, kHighest_m = 3.6;  // of the lamps over headlamps
-  constexpr double kLeastBack_m = -2.0, kMostBack_m = 5.0, kMostBackSigma_m = 2.0;
-  constexpr double kNearer = 1.3, kInLine = 0.8, kSigmas = 3.0;
+  constexpr double kLeastBack_m = -2.0;
   constexpr double kAbove_m = 0.35, kBody_m = 1.8, kSurelyFaster = 1.4, kFaster = 2.5,
                    kFastest_mps = 60.0;
-  constexpr std::size_t kFewest = 10;
-  if (over_lamps_m < kHighCamera_m || upper.trajectories.empty() || carrier.trajectories.empty() ||
-      upper.result.direction != carrier.result.direction)
-    return false;
-  const Together seen = seen_together(upper, carrier);
-  const std::size_t frames = seen.carrier_m.size();
-  if (frames < kFewest || seen.in_line < kInLine) return false;
-  const auto [nearest_m, farthest_m] = std::ranges::minmax(seen.carrier_m);
-  if (farthest_m < kNearer * nearest_m) return false;
-  // A line through the two: the factor is its slope, the lamps' distance behind the carrier's its
-  // intercept.
-  const auto line = fit_line(seen.carrier_m, seen.upper_m);
-  const auto* fit = std::get_if<LineFit>(&line);
-  if (!fit || fit->slope - 1.0 < kSigmas * fit->slope_sigma) return false;
-  const double factor = fit->slope, back_m = fit->intercept / factor;
-  const double mean_m = std::accumulate(seen.carrier_m.begin(), seen.carrier_m.end(), 0.0) /
-                        static_cast<double>(frames);
-  const double back_sigma_m =
-      std::hypot(fit->residual_sigma / std::sqrt(static_cast<double>(frames)),
-                 fit->slope_sigma * mean_m) /
-      factor;
+  const auto line = keeps_in_line(upper, carrier, over_lamps_m);
+  if (!line) return false;
   // A faster vehicle in the next lane that passes the camera at once with the other is in line with
   // it, too; not right above it, nor so much faster. In one lane the two would run into each other;
   // that a follower's pair comes up to the one ahead, though, its lengths may make it seem.
@@ -189,14 +209,23 @@ bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, doub
   const double beside_m = mixed_state(upper.trajectories, time_s).lateral_m -
                           mixed_state(carrier.trajectories, time_s).lateral_m;
   const bool collides =
-      std::abs(beside_m) < kBody_m && (factor > kSurelyFaster || always_alone(upper));
-  const bool drives_so = !upper.result.lane.empty() && std::abs(seen.mean_off_m) > kAbove_m &&
-                         !collides && factor < kFaster &&
+      std::abs(beside_m) < kBody_m && (line->factor > kSurelyFaster || always_alone(upper));
+  const bool drives_so = !upper.result.lane.empty() && std::abs(line->mean_off_m) > kAbove_m &&
+                         !collides && line->factor < kFaster &&
                          upper.result.speed.speed_mps < kFastest_mps;
-  if (drives_so) return false;
-  const double over_m = over_lamps_m * (1.0 - 1.0 / factor);
-  return over_m > kLowest_m && over_m < kHighest_m && back_m > kLeastBack_m &&
-         back_m < kMostBack_m && back_sigma_m < kMostBackSigma_m;
+  return !drives_so && line->over_m > kLowest_m && line->over_m < kHighest_m &&
+         line->back_m > kLeastBack_m;
+}
+
+bool mirrors(const VehicleEstimate& lower, const VehicleEstimate& source, double over_lamps_m,
+             double lamp_height_m) {
+  constexpr double kLeast_m = 0.3, kSlack = 1.15, kAside_m = 0.35;
+  const auto line = keeps_in_line(source, lower, over_lamps_m);
+  if (!line || !(line->brighter > 1.0) || std::abs(line->mean_off_m) > kAside_m) return false;
+  // The image of a smooth road stands as far below the road as the lamp above it; a rough road
+  // draws it out upward.
+  const double image_m = 2.0 * lamp_height_m * over_lamps_m / (over_lamps_m + 2.0 * lamp_height_m);
+  return line->over_m > kLeast_m && line->over_m < kSlack * image_m;
 }
 
 bool glints_beside(const VehicleEstimate& light, const VehicleEstimate& source) {
@@ -239,7 +268,10 @@ void MeasuredVehicles::add(VehicleEstimate estimate) {
     }
     for (const auto& [upper, carrier] :
          {std::pair(&earlier, &estimate), std::pair(&estimate, &earlier)})
-      if (rides_on(*upper, *carrier, over_lamps_m_))
+      if (mirrors(*carrier, *upper, over_lamps_m_, lamp_height_m_))
+        withhold_second(*carrier, "moves as the image of the lamps of " + named(*upper) +
+                                      " on a wet road would; taken for that");
+      else if (rides_on(*upper, *carrier, over_lamps_m_))
         withhold_second(*upper, "moves as lamps on the roof of " + named(*carrier) +
                                     " would; taken for lamps of that vehicle");
       else if (glints_beside(*upper, *carrier))

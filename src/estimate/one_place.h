@@ -20,6 +20,11 @@ bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other);
 /// `over_lamps_m` is the camera's height over headlamps.
 bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, double over_lamps_m);
 
+/// Whether the lamps of `lower` are the image on a wet road of those of `source`, which are
+/// brighter: in line with them as rides_on() says, by a factor that an image asks for.
+bool mirrors(const VehicleEstimate& lower, const VehicleEstimate& source, double over_lamps_m,
+             double lamp_height_m);
+
 /// Whether a lone `light` moves as the glint that a lamp of `source` draws along a rail or a wall
 /// beside the road: farther out in the picture, fainter than the lamps (of lamps that clip, than
 /// what is seen of them), at a distance that stays the same share of theirs, so that both reach the
@@ -28,11 +33,13 @@ bool glints_beside(const VehicleEstimate& light, const VehicleEstimate& source);
 
 /// Measured vehicles, held while another track may turn out to be of the same vehicle. Of two that
 /// are one, the speed of smaller relative sigma stands; the other is withheld
-/// (ambiguous_identity), as are lamps that ride on another vehicle and glints beside one.
+/// (ambiguous_identity), as are lamps that ride on another vehicle, images of its lamps on the road
+/// and glints beside it.
 class MeasuredVehicles {
  public:
-  /// Height of the camera over headlamps, in metres.
-  explicit MeasuredVehicles(double over_lamps_m) : over_lamps_m_(over_lamps_m) {}
+  /// Height of the camera over headlamps, and theirs over the road, in metres.
+  MeasuredVehicles(double over_lamps_m, double lamp_height_m)
+      : over_lamps_m_(over_lamps_m), lamp_height_m_(lamp_height_m) {}
 
   void add(VehicleEstimate estimate);
   /// Hands over, in the order added, those that none can be the same as that is first seen at
@@ -40,7 +47,7 @@ class MeasuredVehicles {
   std::vector<VehicleEstimate> take_before(double time_s);
 
  private:
-  double over_lamps_m_ = 0.0;
+  double over_lamps_m_ = 0.0, lamp_height_m_ = 0.0;
   std::vector<VehicleEstimate> held_;
 };
 

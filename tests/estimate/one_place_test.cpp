@@ -18,7 +18,7 @@ using simulated::Vehicle;
 using simulated::View;
 
 constexpr double kForever = std::numeric_limits<double>::infinity();
-constexpr double kOverLamps_m = 5.0 - 0.68;
+constexpr double kLampHeight_m = 0.68, kOverLamps_m = 5.0 - kLampHeight_m;
 constexpr Vehicle kCar{.along_m = 70.0};
 constexpr Vehicle kMotorcycle{.along_m = 70.0, .separation_m = 0.0};
 constexpr View kLong{.to_s = 2.8, .sigma_px = 0.3};
@@ -156,6 +156,35 @@ TEST(OnePlace, LampsOnTheRoofRideOnTheirVehicle) {
     }
 }
 
+// As far below a smooth road as the lamps are above it; drawn out toward them where it is rough.
+VehicleEstimate image_of(const Vehicle& car, double height_m, double strength) {
+  Vehicle image = car;
+  image.height_m = height_m;
+  View view = kLong;
+  view.flux_at_1m *= strength;
+  return estimate_of(2, image, Frames::all, view);
+}
+
+TEST(OnePlace, AnImageOnAWetRoadIsNoVehicle) {
+  const VehicleEstimate car = estimate_of(1, kCar, Frames::all);
+  for (const double height_m : {-0.65, -0.3, 0.1}) {
+    const VehicleEstimate image = image_of(kCar, height_m, 0.4);
+    ASSERT_LT(image.result.speed.speed_mps, 0.95 * kCar.speed_mps);
+    EXPECT_TRUE(mirrors(image, car, kOverLamps_m, kLampHeight_m)) << height_m;
+    EXPECT_FALSE(mirrors(car, image, kOverLamps_m, kLampHeight_m)) << height_m;
+  }
+  // Brighter than what is above it, it is no image of that.
+  EXPECT_FALSE(mirrors(image_of(kCar, -0.65, 2.0), car, kOverLamps_m, kLampHeight_m));
+  for (const bool image_first : {true, false}) {
+    MeasuredVehicles measured(kOverLamps_m, kLampHeight_m);
+    if (image_first) measured.add(image_of(kCar, -0.65, 0.4));
+    measured.add(estimate_of(1, kCar, Frames::all));
+    if (!image_first) measured.add(image_of(kCar, -0.65, 0.4));
+    for (const VehicleEstimate& one : measured.take_before(kForever))
+      EXPECT_EQ(one.result.withheld.has_value(), one.result.track_id == 2);
+  }
+}
+
 // One of two on a lorry seen from a bridge, in whose lane it seems to drive, far faster.
 TEST(OnePlace, AMarkerThatSeemsToDriveInItsVehiclesLaneRidesOnIt) {
   Site site = mast_site(7.0);
@@ -205,7 +234,7 @@ TEST(OnePlace, ALightThatKeepsAShareOfAPairsDistanceIsItsGlint) {
 }
 
 TEST(MeasuredVehicles, AGlintHasNoSpeed) {
-  MeasuredVehicles measured(1.5 - 0.68);
+  MeasuredVehicles measured(1.5 - kLampHeight_m, kLampHeight_m);
   measured.add(lone_light(kShare * kPassing.along_m, kShare * kPassing.speed_mps, 0.1));
   measured.add(estimate_of(1, kPassing, Frames::all, kLong, beside_rail()));
   for (const VehicleEstimate& one : measured.take_before(kForever)) {
@@ -223,6 +252,8 @@ TEST(OnePlace, WhatFollowsOrOvertakesDoesNotRideOnAnother) {
       behind.speed_mps = speed_mps;
       const VehicleEstimate follower = estimate_of(2, behind, Frames::all);
       EXPECT_FALSE(rides_on(follower, car, kOverLamps_m)) << behind_m << " m, " << speed_mps;
+      EXPECT_FALSE(mirrors(car, follower, kOverLamps_m, kLampHeight_m))
+          << behind_m << " m, " << speed_mps;
     }
   // Reaches the camera together with the car, in the next lane.
   Vehicle faster = moved(kCar, 0.3 * kCar.along_m, -3.0);
@@ -245,7 +276,7 @@ TEST(MeasuredVehicles, OfOneSeenTwiceTheBetterSpeedStands) {
   brief.to_s = 1.2;
   // Half as many frames, and none from near by: the lesser, in whichever order they end.
   for (const bool lesser_first : {true, false}) {
-    MeasuredVehicles measured(kOverLamps_m);
+    MeasuredVehicles measured(kOverLamps_m, kLampHeight_m);
     const auto lesser = [&] { return estimate_of(1, kCar, Frames::odd, brief); };
     if (lesser_first) measured.add(lesser());
     measured.add(estimate_of(2, kCar, Frames::even));
@@ -273,7 +304,7 @@ TEST(MeasuredVehicles, OfOneSeenTwiceTheBetterSpeedStands) {
 
 TEST(MeasuredVehicles, LampsOnARoofHaveNoSpeed) {
   for (const bool roof_first : {true, false}) {
-    MeasuredVehicles measured(kOverLamps_m);
+    MeasuredVehicles measured(kOverLamps_m, kLampHeight_m);
     const auto roof = [&] { return estimate_of(1, roof_lamps(2.5, 1.0), Frames::all); };
     if (roof_first) measured.add(roof());
     measured.add(estimate_of(2, kCar, Frames::all));
@@ -284,7 +315,7 @@ TEST(MeasuredVehicles, LampsOnARoofHaveNoSpeed) {
 }
 
 TEST(MeasuredVehicles, AreHeldUntilNoneThatWasInViewWithThemIsMissing) {
-  MeasuredVehicles measured(kOverLamps_m);
+  MeasuredVehicles measured(kOverLamps_m, kLampHeight_m);
   measured.add(estimate_of(1, kCar, Frames::all));
   // Last seen at 2.8 s; another that is first seen a second later may be the same.
   EXPECT_TRUE(measured.take_before(3.7).empty());
