@@ -74,7 +74,13 @@ double lone_lamp_log_odds(const LoneLight& light) {
 
 bool wider_than_a_lamp(const LampRecord& record, double inverse_depth_per_m, const RoadView& view) {
   constexpr double kWide_m = 1.0, kWide_px = 10.0;
-  return width_px_of(record) > std::max(kWide_px, kWide_m * inverse_depth_per_m * view.focal_px());
+  // Of a lamp overexposed so far that its lens' halo clips, too: round, and most of it clips.
+  constexpr double kRound = 1.35, kLeastClipped = 0.3;
+  const PixelBox& box = record.sighting.box;
+  const double width_px = width_px_of(record), height_px = box.v_max - box.v_min + 1.0;
+  const bool glares = std::max(width_px, height_px) < kRound * std::min(width_px, height_px) &&
+                      record.sighting.saturated_px > kLeastClipped * width_px * height_px;
+  return !glares && width_px > std::max(kWide_px, kWide_m * inverse_depth_per_m * view.focal_px());
 }
 
 double misshapen_share(std::span<const LampRecord> records, const RoadView& view) {

@@ -30,7 +30,8 @@ struct LoneLight {
 /// cues count as independent given which of the two it is; docs/tracking.md says what is assumed.
 double lone_lamp_log_odds(const LoneLight& light);
 
-/// By a metre and 10 px, as lit road is.
+/// By a metre and 10 px, as lit road is; not where it is the glare of a lamp that clips: round, with
+/// a third of its box clipped.
 bool wider_than_a_lamp(const LampRecord& record, double inverse_depth_per_m, const RoadView& view);
 
 /// Share of the looks at which a light was of no lamp's shape: wider than a lamp, or of another

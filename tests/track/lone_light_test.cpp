@@ -91,6 +91,24 @@ TEST(LoneLight, ALampGrowsSteadilyAndIsNoMetreWide) {
   EXPECT_GT(share_of({1, 6, 5, 12, 1, 7, 12, 2, 6, 13}), 0.4);
 }
 
+TEST(LoneLight, GlareIsRoundAndClips) {
+  const Site site = scene::site_of(5.0, -4.0, 1400.0, 1920, 1080);
+  const RoadView view(site);
+  const auto at_px = view.spot_from_pixel(*Camera(*site.camera).project({60.0, -4.0, 0.68}));
+  constexpr double kFar_per_m = 1.0 / 60.0;
+  const auto wide = [&](int width_px, int height_px, int saturated_px) {
+    LampRecord record;
+    record.at_px = *at_px;
+    record.sighting.box = {0, 0, width_px - 1, height_px - 1};
+    record.sighting.saturated_px = saturated_px;
+    return wider_than_a_lamp(record, kFar_per_m, view);
+  };
+  EXPECT_FALSE(wide(30, 31, 400));
+  EXPECT_TRUE(wide(30, 31, 0));
+  EXPECT_TRUE(wide(30, 31, 100));
+  EXPECT_TRUE(wide(34, 20, 500));
+}
+
 TEST(LoneLight, InAnotherLampsColumnNowAndThenIsByChanceAndForLongIsItsGlint) {
   LoneLight light{0.0, 0.0, 1.0, true, -1.0};
   const double alone = lone_lamp_log_odds(light);
