@@ -142,6 +142,13 @@ PowerTrace trace_of(const Vehicle& vehicle, const Site& site, int photodiode,
   return trace;
 }
 
+// Light ends where the vehicle leaves the field of view, before it is abeam.
+PowerPass pass_of(const PowerTrace& trace) {
+  const auto brightest = std::ranges::max_element(trace.power_w) - trace.power_w.begin();
+  return {trace.time_s.front(), trace.time_s.back(),
+          trace.time_s[static_cast<std::size_t>(brightest)]};
+}
+
 PlanRow plan_pass(const LaneSite& lane, double speed_mps, const Site& site,
                   const PlanOptions& options, std::uint64_t seed) {
   PlanRow row;
@@ -157,9 +164,8 @@ PlanRow plan_pass(const LaneSite& lane, double speed_mps, const Site& site,
       traces.push_back(
           trace_of(vehicle, site, static_cast<int>(k), options, from_s, to_s + 0.5, random));
   if (!site.camera) {
-    const PowerPass pass{from_s, to_s + 0.3, to_s - 0.02};
     row.seconds = span_s;
-    row.result = estimate_pass(pass, 1, site, traces);
+    row.result = estimate_pass(pass_of(traces.front()), 1, site, traces);
     return row;
   }
   std::vector<VehiclePower> power;

@@ -59,6 +59,25 @@ TEST(SitePlan, ASecondPhotodiodeUpTheRoadBreaksTheScale) {
   EXPECT_GT(both.result.budget->scale_shares.at("photodiode_delay"), 0.9);
 }
 
+// Its speed is as sure as K, of 0.3 dB and with D^-2, and where the light ends does not matter.
+TEST(SitePlan, OnePhotodiodeIsAsSureAtAnySpeed) {
+  Site site = mast_site();
+  site.photodiodes.resize(1);
+  site.photodiodes[0].position_m = site.camera->position_m;
+  site.photodiodes[0].half_field_of_view_rad = radians_from_degrees(70.0);
+  site.photodiodes[0].time_offset_s = {0.5, 0.0};
+  site.camera.reset();
+  site.channel.emplace();
+  site.channel->gain_db = Uncertain{-42.0, 0.3};
+  site.channel->path_loss_exponent = Uncertain{2.0, 0.0};
+  const double of_gain = 0.5 * 0.1 * std::log(10.0) * 0.3;
+  for (const PlanRow& row : plan_site(site, {.speeds_kmh = {30.0, 50.0, 90.0}})) {
+    ASSERT_FALSE(row.result.withheld) << row.speed_mps << ": " << name_of(*row.result.withheld);
+    EXPECT_GT(relative(row), of_gain) << row.speed_mps;
+    EXPECT_LT(relative(row), 1.5 * of_gain) << row.speed_mps;
+  }
+}
+
 TEST(SitePlan, SaysWhyNothingWouldBeMeasured) {
   Site site = mast_site();
   site.lamps = {};
