@@ -119,17 +119,17 @@ std::vector<Stretch> parts_of(const Light& light, Stretch whole) {
   return parts;
 }
 
-/// Least light above ambient after block `peak`, when its vehicle is past, for a second or until it
-/// rises again.
+/// Least light above ambient after block `peak`, when its vehicle is past: until it has not fallen
+/// for a second or rises again. A slow vehicle's own takes two seconds to fade from a broad beam.
 double light_after_w(const Light& light, std::size_t peak) {
   constexpr double kPast_s = 1.0, kRise = 1.5;
-  double least_w = light.above_w[peak];
+  std::size_t least = peak;
   for (std::size_t i = peak;
-       i < light.blocks.size() && light.blocks[i].time_s < light.blocks[peak].time_s + kPast_s &&
-       light.above_w[i] < kRise * least_w + kSigmas * light.sigma_w;
+       i < light.blocks.size() && light.blocks[i].time_s < light.blocks[least].time_s + kPast_s &&
+       light.above_w[i] < kRise * light.above_w[least] + kSigmas * light.sigma_w;
        ++i)
-    least_w = std::min(least_w, light.above_w[i]);
-  return std::max(0.0, least_w);
+    if (light.above_w[i] < light.above_w[least]) least = i;
+  return std::max(0.0, light.above_w[least]);
 }
 
 /// Whether the record ends, or stops for long, so soon after block `peak` that its vehicle need not

@@ -107,6 +107,18 @@ TEST(FindPasses, TheLightOfThoseBehindIsTold) {
   EXPECT_NEAR(passes[1].others_w, 0.0, 5.0 * kSigma_w / std::sqrt(20.0));
 }
 
+TEST(FindPasses, ItsOwnLightThatFadesForTwoSecondsIsNotThatOfOthers) {
+  Random random(17);
+  PowerTrace trace = trace_of({}, random);
+  for (std::size_t i = 0; i < trace.time_s.size(); ++i)
+    trace.power_w[i] +=
+        static_cast<float>(0.04 * std::exp(-std::pow((trace.time_s[i] - 8.0) / 0.9, 2)));
+  const std::vector<PowerPass> passes = find_passes(trace);
+  ASSERT_EQ(passes.size(), 1U);
+  EXPECT_NEAR(passes[0].peak_s, 8.0, 0.1);
+  EXPECT_NEAR(passes[0].others_w, 0.0, 5.0 * kSigma_w / std::sqrt(20.0));
+}
+
 TEST(FindPasses, WhereItWasNeverDarkTheLeastLightIsTheFloor) {
   Random random(8);
   PowerTrace trace = trace_of({.vehicles_s = {6.0, 15.0}}, random);
