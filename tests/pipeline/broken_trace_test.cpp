@@ -198,6 +198,16 @@ TEST_F(BrokenTrace, ALampPowerThatIsNotToldIsNamed) {
               {"channel.lamp_power_w is not given", "taken as 1 W", "measure it"});
 }
 
+TEST_F(BrokenTrace, ABeamThatNoMethodFollowsIsNamed) {
+  const std::string site = write(
+      "beam.yaml",
+      "version: 1\nphotodiode: {position_m: [0, 0, 5], area_m2: 1e-4}\n"
+      "road:\n  lanes:\n    - {id: near, lateral_m: -3.4, width_m: 3.5, direction: oncoming}\n"
+      "lamps: {height_m: 0.68}\nchannel: {beam: low_beam, luminous_efficacy_lm_per_w: 300}\n");
+  expect_told(run({"--photodiode", write("trace.csv", text(rows())), "--site", site}), 0,
+              {"channel.beam: no method of a single photodiode follows a beam", "gain_db"});
+}
+
 TEST_F(BrokenTrace, StampsThatAreNoSecondsAreNamed) {
   std::vector<Row> all = rows();
   for (std::size_t k = 0; k < all.size(); ++k) all[k].t_s = std::to_string(2 * k);
