@@ -172,7 +172,7 @@ def main() -> int:
     parser.add_argument("program")
     parser.add_argument("sets", nargs="*", metavar="SET", help=", ".join(SETS))
     parser.add_argument("--out", type=pathlib.Path, required=True)
-    parser.add_argument("--label", default="run")
+    parser.add_argument("--label", default="measured")
     arguments = parser.parse_intermixed_args()
     unknown = set(arguments.sets) - set(SETS)
     if unknown:

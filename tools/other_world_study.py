@@ -25,7 +25,7 @@ def main() -> int:
     parser.add_argument("--out", type=pathlib.Path, required=True)
     parser.add_argument("--scenes", type=int, default=4, help="of each kind")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--label", default="run")
+    parser.add_argument("--label", default="measured")
     arguments = parser.parse_intermixed_args()
     unknown = set(arguments.kinds) - set(KINDS)
     if unknown:
