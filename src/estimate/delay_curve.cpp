@@ -76,15 +76,12 @@ Leftover leftover(const DelayProblem& problem, const DelayRows& rows, const Dela
   return found;
 }
 
-// Halves of the poor pieces; as they were where there are none, or where halves would be shorter
-// than a block.
-std::vector<double> halved(const DelayProblem& problem, const DelayRows& rows,
-                           const DelayCurve& known) {
-  const Leftover left = leftover(problem, rows, known);
-  const std::vector<double>& breaks = known.breaks;
+// Halves of the pieces that are `asked` for, but where those would be shorter than a block.
+template <class Asked>
+std::vector<double> halved(const std::vector<double>& breaks, double block_s, const Asked& asked) {
   std::vector<double> finer{breaks.front()};
   for (std::size_t piece = 0; piece + 1 < breaks.size(); ++piece) {
-    if (left.poor(piece) && breaks[piece + 1] - breaks[piece] > 2.0 * rows.block_s)
+    if (asked(piece) && breaks[piece + 1] - breaks[piece] > 2.0 * block_s)
       finer.push_back(0.5 * (breaks[piece] + breaks[piece + 1]));
     finer.push_back(breaks[piece + 1]);
   }
@@ -118,7 +115,9 @@ DelayCurve refined(const DelayProblem& problem, const DelayRows& rows, DelayCurv
   constexpr int kRounds = 8;
   const auto n = static_cast<double>(rows.rows.size());
   for (int round = 0; round < kRounds; ++round) {
-    std::vector<double> finer = halved(problem, rows, best);
+    const Leftover left = leftover(problem, rows, best);
+    std::vector<double> finer =
+        halved(best.breaks, rows.block_s, [&](std::size_t piece) { return left.poor(piece); });
     if (finer.size() == best.breaks.size() || static_cast<double>(finer.size()) > kMostHalved * n)
       break;
     auto found = fit_pieces(problem, rows, std::move(finer), delay_s, best.value);
@@ -128,7 +127,8 @@ DelayCurve refined(const DelayProblem& problem, const DelayRows& rows, DelayCurv
   return best;
 }
 
-// Constant acceleration, and as many pieces as lower Akaike's information criterion.
+// Constant acceleration, and twice as many pieces as lower Akaike's information criterion: those
+// are the best for the light, but the bends that they smooth off it under noise pass for motion.
 Outcome<DelayCurve> steady_curve(const DelayProblem& problem, const DelayRows& rows,
                                  double delay_s) {
   std::optional<DelayCurve> best;
@@ -151,7 +151,11 @@ Outcome<DelayCurve> steady_curve(const DelayProblem& problem, const DelayRows& r
     best = std::move(found);
   }
   if (!best) return tried ? Miss::not_converged : Miss::too_few_samples;
-  return refined(problem, rows, std::move(*best), delay_s);
+  DelayCurve chosen = refined(problem, rows, std::move(*best), delay_s);
+  std::vector<double> finer = halved(chosen.breaks, rows.block_s, [](std::size_t) { return true; });
+  if (static_cast<double>(finer.size()) > kMostHalved * n) return chosen;
+  auto found = fit_pieces(problem, rows, std::move(finer), delay_s, chosen.value);
+  return found ? *found : chosen;
 }
 
 }  // namespace

@@ -14,9 +14,11 @@ constexpr double kSlowest_mps = 1.0, kFastest_mps = 100.0;
 constexpr int kScanPieces = 12;
 
 // What pieces as long as a block may miss of each block's light: a share of its fourth differences,
-// of which a cubic has none. Across a gap there are none.
+// of which a cubic has none. Across a gap there are none. Where light ends at once, at the edge of
+// a view, they are as large as the second ones; the block that saw a part of it lies anywhere.
 std::vector<double> unresolved_w(const std::vector<PowerBlock>& blocks) {
-  constexpr double kShare = 0.03;
+  constexpr double kShare = 0.03, kShareAtOnce = 0.2;
+  constexpr double kClearSigmas = 40.0;  // five of a fourth difference's
   constexpr std::ptrdiff_t kReach = 2;
   const auto n = static_cast<std::ptrdiff_t>(blocks.size());
   std::vector<double> missed_w(blocks.size(), 0.0);
@@ -25,9 +27,15 @@ std::vector<double> unresolved_w(const std::vector<PowerBlock>& blocks) {
     if (at[kReach].time_s - at[-kReach].time_s > (2 * kReach + 0.5) * at->duration_s) continue;
     const double fourth_w = at[-2].power_w - 4.0 * at[-1].power_w + 6.0 * at->power_w -
                             4.0 * at[1].power_w + at[2].power_w;
+    double second_w = 0.0;
+    for (std::ptrdiff_t near = -1; near <= 1; ++near)
+      second_w = std::max(
+          second_w, std::abs(at[near - 1].power_w - 2.0 * at[near].power_w + at[near + 1].power_w));
+    const bool at_once = std::abs(fourth_w) > std::max(second_w, kClearSigmas * at->sigma_w);
+    const double missed_here_w = (at_once ? kShareAtOnce : kShare) * std::abs(fourth_w);
     for (std::ptrdiff_t near = -kReach; near <= kReach; ++near) {
       double& missed = missed_w[static_cast<std::size_t>(i + near)];
-      missed = std::max(missed, kShare * std::abs(fourth_w));
+      missed = std::max(missed, missed_here_w);
     }
   }
   return missed_w;
