@@ -10,22 +10,21 @@
 namespace vildar {
 namespace {
 
-// The streak of a lamp may be seen as several lights, of which the upper ones have light below
-// them.
-TEST(LookAlikes, WhatStandsWhereAMirrorShowsALampHasNoImageItself) {
-  const scene::OneCar road;
-  constexpr std::int64_t kFrames = 10;
+// A lamp of flux 100 that comes nearer, and its image on a wet road.
+Lamps lamp_and_image(const scene::OneCar& road, std::int64_t frames, double image_flux,
+                     const PixelBox& image_box, bool casts_image) {
   Lamps lamps;
-  for (const double height_m : {0.68, -0.68}) {
-    for (std::int64_t frame = 0; frame < kFrames; ++frame) {
+  for (const bool image : {false, true})
+    for (std::int64_t frame = 0; frame < frames; ++frame) {
       Blob blob;
-      blob.centre_px =
-          *road.camera.project({70.0 - 0.5 * static_cast<double>(frame), -4.0, height_m});
-      blob.flux = height_m > 0.0 ? 100.0 : 50.0;
+      blob.centre_px = *road.camera.project(
+          {70.0 - 0.5 * static_cast<double>(frame), -4.0, image ? -0.68 : 0.68});
+      blob.flux = image ? image_flux : 100.0;
+      blob.box = image ? image_box : PixelBox{0, 0, 4, 4};
       blob.kind = LampKind::headlamp;
       Spot spot{&blob, *road.view.spot_from_pixel(blob.centre_px), 0.5, blob.centre_px,
                 blob.centre_sigma_px};
-      spot.casts_image = true;
+      spot.casts_image = casts_image;
       if (frame == 0) {
         lamps.push_back(std::make_unique<Lamp>(spot, road.view.place(spot.at_px), frame,
                                                road.time_at(frame), road.view));
@@ -34,10 +33,31 @@ TEST(LookAlikes, WhatStandsWhereAMirrorShowsALampHasNoImageItself) {
         lamps.back()->update(spot, frame, road.time_at(frame));
       }
     }
-  }
+  return lamps;
+}
+
+// The streak of a lamp may be seen as several lights, of which the upper ones have light below
+// them.
+TEST(LookAlikes, WhatStandsWhereAMirrorShowsALampHasNoImageItself) {
+  const scene::OneCar road;
+  constexpr std::int64_t kFrames = 10;
+  const Lamps lamps = lamp_and_image(road, kFrames, 50.0, {}, true);
   note_look_alikes(lamps, {}, {}, road.view, kFrames - 1);
   EXPECT_TRUE(lamps[0]->records.back().casts_image);
   EXPECT_FALSE(lamps[1]->records.back().casts_image);
+}
+
+// With more light than the lamp it is one where the road draws it out, and a lamp of its own where
+// it is as small.
+TEST(LookAlikes, AnImageMayHaveMoreLightThanItsLampButNoBrighterPixel) {
+  const scene::OneCar road;
+  constexpr std::int64_t kFrames = 10;
+  for (const bool drawn_out : {true, false}) {
+    const Lamps lamps = lamp_and_image(road, kFrames, 180.0, {0, 0, 4, drawn_out ? 14 : 4}, false);
+    note_look_alikes(lamps, {}, {}, road.view, kFrames - 1);
+    EXPECT_EQ(lamps[1]->mirrored.share() > 0.5, drawn_out);
+    EXPECT_EQ(lamps[0]->mirrored.share(), 0.0);
+  }
 }
 
 // Where the lamp above it is not known, the top of a streak is taken for a lamp with its own.
