@@ -103,9 +103,7 @@ TEST_F(DelayStudy, MatchedPhotodiodesReachTheirBound) {
   for (const double baseline_m : {2.0, 1.0, 5.0}) {
     const Found found = study({.baseline_m = baseline_m, .gain_std = 0.0});
     EXPECT_GE(found.used, kTrials * 98 / 100);
-    // At 1 m passes whose acceleration the light hardly tells are off by more than the bound.
-    const double expected = baseline_m > 1.0 ? found.bound() : found.sigma();
-    EXPECT_LE(found.rmse(), (1.05 + 2.0 * kRatioError) * expected);
+    EXPECT_LE(found.rmse(), (1.05 + 2.0 * kRatioError) * found.bound());
     EXPECT_GE(found.coverage(), 0.95 - kCoverageSlack);
   }
 }
