@@ -122,12 +122,11 @@ void warn_of_open_site(const std::vector<PowerTrace>& traces, const Site& site,
         site.file.string() +
         ": channel.lamp_power_w is not given, which scales what gain_db says; taken as 1 W. Speeds "
         "from the photodiode's level alone are off by as much as that is: measure it");
-  if (site.channel && !site.channel->beam.empty())
+  if (site.channel && !site.channel->beam.empty() && traces.size() == 1)
     summary.warnings.push_back(
         site.file.string() +
         ": channel.beam: no method of a single photodiode follows a beam; give channel.gain_db and "
-        "path_loss_exponent for power_slope_photodiode, curved_angle_photodiode and ml_photodiode. "
-        "Two photodiodes and the camera need neither");
+        "path_loss_exponent for power_slope_photodiode, curved_angle_photodiode and ml_photodiode");
   for (const PowerTrace& trace : traces) {
     const PhotodiodeSite& diode = of(trace);
     if (traces.size() > 1 && !diode.gain_ratio_told)

@@ -120,12 +120,14 @@ std::vector<Stretch> parts_of(const Light& light, Stretch whole) {
 }
 
 /// Least light above ambient after block `peak`, when its vehicle is past: until it has not fallen
-/// for a second or rises again. A slow vehicle's own takes two seconds to fade from a broad beam.
+/// for a second or rises again, at most 3 s. A slow vehicle's own takes two to fade from a broad
+/// beam.
 double light_after_w(const Light& light, std::size_t peak) {
-  constexpr double kPast_s = 1.0, kRise = 1.5;
+  constexpr double kPast_s = 1.0, kLatest_s = 3.0, kRise = 1.5;
   std::size_t least = peak;
   for (std::size_t i = peak;
        i < light.blocks.size() && light.blocks[i].time_s < light.blocks[least].time_s + kPast_s &&
+       light.blocks[i].time_s < light.blocks[peak].time_s + kLatest_s &&
        light.above_w[i] < kRise * light.above_w[least] + kSigmas * light.sigma_w;
        ++i)
     if (light.above_w[i] < light.above_w[least]) least = i;

@@ -177,6 +177,7 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
         lateral_from_camera_m(*lane, site, found.readings.front(), view.pairs());
     seen.lane = lane->id;
   }
+  const auto lateral_m = problem.priors.lateral_m;  // before the own place in the lane widens it
   const auto outcome = fit_from_starts(problem, view, site.road, seen.ego);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   seen.fit = std::get<GeometryFit>(outcome);
@@ -203,6 +204,7 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
   if (seen.ego.moving() && seen.fit.prior_chi2 > kMostMetricChi2 &&
       (found.check.sigma_factor.array() > kFarOff).any()) {
     GeometryProblem doubted = problem;
+    doubted.priors.lateral_m = lateral_m;
     doubted.sigma_factor = found.check.sigma_factor.cwiseMax(1.0);
     const auto again = fit_from_starts(doubted, view, site.road, seen.ego);
     const auto* fit = std::get_if<GeometryFit>(&again);

@@ -219,9 +219,11 @@ bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, doub
 
 bool mirrors(const VehicleEstimate& lower, const VehicleEstimate& source, double over_lamps_m,
              double lamp_height_m) {
-  constexpr double kLeast_m = 0.3, kSlack = 1.15, kAside_m = 0.35;
+  constexpr double kLeast_m = 0.3, kSlack = 1.15, kAside_m = 0.35, kMostBack_m = 2.0;
   const auto line = keeps_in_line(source, lower, over_lamps_m);
-  if (!line || !(line->brighter > 1.0) || std::abs(line->mean_off_m) > kAside_m) return false;
+  if (!line || !(line->brighter > 1.0) || std::abs(line->mean_off_m) > kAside_m ||
+      std::abs(line->back_m) > kMostBack_m)
+    return false;
   // The image of a smooth road stands as far below the road as the lamp above it; a rough road
   // draws it out upward.
   const double image_m = 2.0 * lamp_height_m * over_lamps_m / (over_lamps_m + 2.0 * lamp_height_m);

@@ -34,26 +34,33 @@ VehicleTrack part_of(const VehicleTrack& track, const Part& part) {
 }
 
 // Turns of the camera's own vehicle that nobody tells are followed for so long alone, see
-// kOwnSwings: of a vehicle that is longer ahead the part in which it is nearest, as its lamps tell.
+// kOwnSwings: of a vehicle that is longer ahead the part in which it is nearest, as its lamps'
+// separation tells, or of a lone lamp the light.
 constexpr double kOwnTurnsFollowed_s = 6.0;
 
+double nearness(const VehicleSighting& sighting, bool single_lamp) {
+  if (sighting.left && sighting.right)
+    return (sighting.right->centre_px - sighting.left->centre_px).squaredNorm();
+  const auto& lamp = sighting.left ? sighting.left : sighting.right;
+  return single_lamp && lamp ? lamp->flux : 0.0;
+}
+
 std::optional<VehicleTrack> nearest_part(const VehicleTrack& track, const Site& site) {
-  if (!site.ego || site.ego->turns_known()) return std::nullopt;
+  const bool turns = site.ego && !site.ego->turns_known() &&
+                     (!site.ego->trace.empty() || site.ego->speed_mps.mean > 0.0);
   const auto& seen = track.sightings;
+  if (!turns || track.direction != Direction::receding || seen.empty()) return std::nullopt;
   const auto length_s = [](auto from, auto to) {
     return seconds_of(to->time) - seconds_of(from->time);
   };
   if (length_s(seen.begin(), seen.end() - 1) <= kOwnTurnsFollowed_s) return std::nullopt;
-  const auto nearness = [](const VehicleSighting& sighting) {
-    if (!sighting.left || !sighting.right) return 0.0;
-    return (sighting.right->centre_px - sighting.left->centre_px).squaredNorm();
-  };
-  double sum = 0.0, most = -1.0;
+  double sum = 0.0, most = 0.0;
   auto from = seen.begin(), best_from = from, best_to = from;
   for (auto to = seen.begin(); to != seen.end(); ++to) {
-    sum += nearness(*to);
-    for (; length_s(from, to) > kOwnTurnsFollowed_s; ++from) sum -= nearness(*from);
-    if (sum <= most) continue;
+    sum += nearness(*to, track.single_lamp);
+    for (; length_s(from, to) > kOwnTurnsFollowed_s; ++from)
+      sum -= nearness(*from, track.single_lamp);
+    if (sum < most) continue;
     most = sum;
     best_from = from;
     best_to = to;

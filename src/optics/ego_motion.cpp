@@ -179,7 +179,8 @@ std::array<EgoDeviation::Swing, kOwnSwings> EgoMotion::swings_by(double referenc
 OwnWay EgoMotion::lane_keeping(double reference_s, double range_m) const {
   constexpr double kCreeping_mps = 5.0;  // slower, one does not turn as much
   constexpr double kLanePlace_m = 0.25;
-  constexpr double kTold = 1e-6;  // less of the variance moves no lamp by a hundredth of a pixel
+  constexpr double kTold_rad =
+      8e-6;  // less moves no lamp by more than a hundredth of a pixel or two
   OwnWay own;
   if (!site_.trace.empty()) own.delay_s = kDelay_s;
   if (!swings_) return own;
@@ -187,8 +188,10 @@ OwnWay EgoMotion::lane_keeping(double reference_s, double range_m) const {
   own.aside_std_m = kLanePlace_m * share;
   const double swaying_rad = same_way_ ? std::sqrt(2.0) * kLanePlace_m / range_m : 0.0;
   const double swing_rad = share * std::hypot(kLaneKeeping_rad, swaying_rad);
-  for (int k = 0; k < kOwnSwings && swings_->variances()[k] > kTold; ++k)
-    own.swings[static_cast<std::size_t>(k)].std = swing_rad * std::sqrt(swings_->variances()[k]);
+  for (int k = 0; k < kOwnSwings; ++k) {
+    const double std_rad = swing_rad * std::sqrt(swings_->variances()[k]);
+    if (std_rad > kTold_rad) own.swings[static_cast<std::size_t>(k)].std = std_rad;
+  }
   return own;
 }
 

@@ -65,8 +65,8 @@ struct TimeSpan {
 /// Another vehicle, seen from the own one.
 struct Watched {
   TimeSpan time;
-  /// It drives the same way, as far ahead (or behind) for seconds, and keeps to its lane no better:
-  /// how either sways and turns is one swing of the bearings then, and tells no length.
+  /// It drives the same way, about as far ahead for seconds, and keeps to its lane no better: how
+  /// either sways and turns is one swing of the bearings then, and tells no length.
   bool same_way = false;
 };
 

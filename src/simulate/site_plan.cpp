@@ -165,6 +165,10 @@ PlanRow plan_pass(const LaneSite& lane, double speed_mps, const Site& site,
           trace_of(vehicle, site, static_cast<int>(k), options, from_s, to_s + 0.5, random));
   if (!site.camera) {
     row.seconds = span_s;
+    if (traces.empty() || traces.front().time_s.empty()) {
+      row.result.withheld = Miss::too_few_samples;
+      return row;
+    }
     row.result = estimate_pass(pass_of(traces.front()), 1, site, traces);
     return row;
   }

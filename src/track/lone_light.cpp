@@ -74,7 +74,7 @@ double lone_lamp_log_odds(const LoneLight& light) {
 
 bool wider_than_a_lamp(const LampRecord& record, double inverse_depth_per_m, const RoadView& view) {
   constexpr double kWide_m = 1.0, kWide_px = 10.0;
-  // Of a lamp overexposed so far that its lens' halo clips, too: round, and most of it clips.
+  // Of a lamp overexposed so far that its lens' halo clips, too.
   constexpr double kRound = 1.35, kLeastClipped = 0.3;
   const PixelBox& box = record.sighting.box;
   const double width_px = width_px_of(record), height_px = box.v_max - box.v_min + 1.0;

@@ -36,16 +36,22 @@ double log_flux_per_px(const Lamp& lamp) {
   return lamp.log_flux() - std::log((box.u_max - box.u_min + 1.0) * (box.v_max - box.v_min + 1.0));
 }
 
+// Height over width.
+double slenderness(const Lamp& lamp) {
+  const PixelBox& box = lamp.records.back().sighting.box;
+  return (box.v_max - box.v_min + 1.0) / (box.u_max - box.u_min + 1.0);
+}
+
 // How many lamp heights `lamp` stands below `source`, where it is in its column, no brighter, and
-// moves along with it. An image that the road draws out may have more light, but no pixel with
-// more.
+// moves along with it. An image that the road draws out may have more light, but not for its size.
 std::optional<double> heights_below(const Lamp& lamp, const Lamp& source, const RoadView& view) {
-  constexpr double kColumn_m = 0.2, kColumn_px = 1.5, kBrighterLn = 0.3;
+  constexpr double kColumn_m = 0.2, kColumn_px = 1.5, kBrighterLn = 0.3, kDrawnOut = 1.2;
   // Of clipped lights the larger one, not the stronger one, seems brighter.
   const bool clipped = lamp.records.back().sighting.saturated_px > 0 &&
                        source.records.back().sighting.saturated_px > 0;
-  if (!clipped && lamp.log_flux() > source.log_flux() + kBrighterLn &&
-      log_flux_per_px(lamp) > log_flux_per_px(source))
+  const bool drawn_out = slenderness(lamp) > kDrawnOut * slenderness(source) &&
+                         log_flux_per_px(lamp) < log_flux_per_px(source);
+  if (!clipped && !drawn_out && lamp.log_flux() > source.log_flux() + kBrighterLn)
     return std::nullopt;
   const double inverse_depth = inverse_depth_of(source);
   const Eigen::Vector2d off_px = lamp.at_px() - source.at_px();

@@ -260,6 +260,33 @@ TEST(Geometry, ACarAheadIsMeasuredHoweverOneWanders) {
   }
 }
 
+// The 6 s in which it is nearest: the last ones of one that is caught up with, by its lamps'
+// separation, or of a lone lamp by its light.
+TEST(Geometry, OfALongTrackTheNearestPartIsMeasured) {
+  constexpr double kSeen_s = 15.0;
+  Site site = dashcam_site();
+  site.ego = EgoSite{{kOwnSpeed_mps, 0.0}, {}, {}};
+  for (const bool single_lamp : {false, true}) {
+    Random random(11);
+    View view;
+    view.ego_mps = kOwnSpeed_mps;
+    view.sigma_px = 0.05;
+    view.to_s = kSeen_s;
+    view.single_lamp = single_lamp;
+    const Vehicle ahead{-(kOwnSpeed_mps - 2.0), 0.0, 45.0, 0.0, 0.65, single_lamp ? 0.0 : 1.2};
+    VehicleTrack track = track_of(ahead, site, view, random);
+    track.kind = LampKind::taillamp;
+    track.direction = Direction::receding;
+    const VehicleResult result = estimate_vehicle(track, site, {}).result;
+    const auto told = std::ranges::find_if(result.warnings, [](const std::string& one) {
+      return one.find("measured from 9.03 to 15.00 s alone") != std::string::npos;
+    });
+    EXPECT_NE(told, result.warnings.end()) << single_lamp;
+    EXPECT_NE(result.withheld, Miss::too_few_samples) << single_lamp;
+    EXPECT_NE(result.withheld, Miss::too_short) << single_lamp;
+  }
+}
+
 TEST(Geometry, ACarAheadIsMeasuredWhereOnesOwnPitches) {
   const CarsAhead cars = cars_ahead(4.5, 2.0);
   EXPECT_GE(cars.measured, 27);

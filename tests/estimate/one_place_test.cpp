@@ -258,7 +258,9 @@ TEST(OnePlace, WhatFollowsOrOvertakesDoesNotRideOnAnother) {
   // Reaches the camera together with the car, in the next lane.
   Vehicle faster = moved(kCar, 0.3 * kCar.along_m, -3.0);
   faster.speed_mps *= 1.3;
-  EXPECT_FALSE(rides_on(estimate_of(3, faster, Frames::all), car, kOverLamps_m));
+  const VehicleEstimate beside = estimate_of(3, faster, Frames::all);
+  EXPECT_FALSE(rides_on(beside, car, kOverLamps_m));
+  EXPECT_FALSE(mirrors(car, beside, kOverLamps_m, kLampHeight_m));
   // In one line with it throughout, but in a lane.
   Site site = mast_site(5.0);
   site.road.lanes.push_back({"middle", {-6.3, 0.3}, 3.5, Direction::oncoming});
