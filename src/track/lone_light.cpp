@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
+
+#include "core/median.h"
 
 namespace vildar {
 namespace {
@@ -35,6 +38,33 @@ double log_odds_of_share(double share, Chance chance) {
 double width_px_of(const LampRecord& record) {
   const PixelBox& box = record.sighting.box;
   return box.u_max - box.u_min + 1.0;
+}
+
+// Of a lamp overexposed so far that its lens' halo clips, too.
+bool glares(const LampRecord& record) {
+  constexpr double kRound = 1.35, kLeastClipped = 0.3;
+  const PixelBox& box = record.sighting.box;
+  const double width_px = width_px_of(record), height_px = box.v_max - box.v_min + 1.0;
+  return std::max(width_px, height_px) < kRound * std::min(width_px, height_px) &&
+         record.sighting.saturated_px > kLeastClipped * width_px * height_px;
+}
+
+// A halo stays as wide as it is while the lamp comes nearer; what is wide grows.
+bool grows_less_than_it_nears(std::span<const LampRecord> records, const RoadView& view) {
+  constexpr std::size_t kLooks = 5;
+  constexpr double kLeastNearerLn = 0.3, kMostShare = 0.5;
+  if (records.size() < 2 * kLooks) return false;
+  const auto grown_ln = [&](const auto& size_of) {
+    std::vector<double> before, after;
+    for (std::size_t i = 0; i < kLooks; ++i) {
+      before.push_back(size_of(records[i]));
+      after.push_back(size_of(records[records.size() - 1 - i]));
+    }
+    return std::log(median(std::move(after)) / median(std::move(before)));
+  };
+  const double nearer_ln = grown_ln(
+      [&](const LampRecord& record) { return view.place(record.at_px).inverse_depth_per_m; });
+  return std::abs(nearer_ln) > kLeastNearerLn && grown_ln(width_px_of) / nearer_ln < kMostShare;
 }
 
 double log_density(double value, Spread spread) {
@@ -74,13 +104,7 @@ double lone_lamp_log_odds(const LoneLight& light) {
 
 bool wider_than_a_lamp(const LampRecord& record, double inverse_depth_per_m, const RoadView& view) {
   constexpr double kWide_m = 1.0, kWide_px = 10.0;
-  // Of a lamp overexposed so far that its lens' halo clips, too.
-  constexpr double kRound = 1.35, kLeastClipped = 0.3;
-  const PixelBox& box = record.sighting.box;
-  const double width_px = width_px_of(record), height_px = box.v_max - box.v_min + 1.0;
-  const bool glares = std::max(width_px, height_px) < kRound * std::min(width_px, height_px) &&
-                      record.sighting.saturated_px > kLeastClipped * width_px * height_px;
-  return !glares && width_px > std::max(kWide_px, kWide_m * inverse_depth_per_m * view.focal_px());
+  return width_px_of(record) > std::max(kWide_px, kWide_m * inverse_depth_per_m * view.focal_px());
 }
 
 double misshapen_share(std::span<const LampRecord> records, const RoadView& view) {
@@ -89,6 +113,7 @@ double misshapen_share(std::span<const LampRecord> records, const RoadView& view
   const auto width_px = [&](std::ptrdiff_t i) {
     return width_px_of(records[static_cast<std::size_t>(i)]);
   };
+  const bool may_glare = grows_less_than_it_nears(records, view);
   std::ptrdiff_t misshapen = 0;
   for (std::ptrdiff_t i = 0; i < std::ssize(records); ++i) {
     std::array<double, 2 * kBeside + 1> near_px{};
@@ -101,7 +126,8 @@ double misshapen_share(std::span<const LampRecord> records, const RoadView& view
     const bool step = std::abs(own_px - usual_px) >= kLeastStep_px &&
                       std::max(own_px / usual_px, usual_px / own_px) > kMostStep;
     misshapen +=
-        step || wider_than_a_lamp(record, view.place(record.at_px).inverse_depth_per_m, view);
+        step || (!(may_glare && glares(record)) &&
+                 wider_than_a_lamp(record, view.place(record.at_px).inverse_depth_per_m, view));
   }
   return records.empty() ? 0.0
                          : static_cast<double>(misshapen) / static_cast<double>(records.size());

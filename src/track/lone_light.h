@@ -30,12 +30,12 @@ struct LoneLight {
 /// cues count as independent given which of the two it is; docs/tracking.md says what is assumed.
 double lone_lamp_log_odds(const LoneLight& light);
 
-/// By a metre and 10 px, as lit road is; not where it is the glare of a lamp that clips: round, with
-/// a third of its box clipped.
+/// By a metre and 10 px, as lit road is.
 bool wider_than_a_lamp(const LampRecord& record, double inverse_depth_per_m, const RoadView& view);
 
 /// Share of the looks at which a light was of no lamp's shape: wider than a lamp, or of another
-/// width than just before and after.
+/// width than just before and after. Not the glare of a lamp: round, with three tenths of its box
+/// clipped, and growing by less than half of what it comes nearer (logarithms).
 double misshapen_share(std::span<const LampRecord> records, const RoadView& view);
 
 }  // namespace vildar

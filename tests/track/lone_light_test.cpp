@@ -91,22 +91,29 @@ TEST(LoneLight, ALampGrowsSteadilyAndIsNoMetreWide) {
   EXPECT_GT(share_of({1, 6, 5, 12, 1, 7, 12, 2, 6, 13}), 0.4);
 }
 
-TEST(LoneLight, GlareIsRoundAndClips) {
+TEST(LoneLight, GlareIsRoundAndClipsAndHardlyGrows) {
+  constexpr int kLooks = 20;
   const Site site = scene::site_of(5.0, -4.0, 1400.0, 1920, 1080);
   const RoadView view(site);
-  const auto at_px = view.spot_from_pixel(*Camera(*site.camera).project({60.0, -4.0, 0.68}));
-  constexpr double kFar_per_m = 1.0 / 60.0;
-  const auto wide = [&](int width_px, int height_px, int saturated_px) {
-    LampRecord record;
-    record.at_px = *at_px;
-    record.sighting.box = {0, 0, width_px - 1, height_px - 1};
-    record.sighting.saturated_px = saturated_px;
-    return wider_than_a_lamp(record, kFar_per_m, view);
+  const Camera camera(*site.camera);
+  // From 120 to 60 m; a metre is 12 to 23 px.
+  const auto share_of = [&](double grows, double slender, double clipped) {
+    std::vector<LampRecord> records;
+    for (int look = 0; look < kLooks; ++look) {
+      const double along_m = 120.0 - 60.0 * look / (kLooks - 1);
+      LampRecord& record = records.emplace_back();
+      record.at_px = *view.spot_from_pixel(*camera.project({along_m, -4.0, 0.68}));
+      const double width_px = 28.0 * std::pow(120.0 / along_m, grows);
+      record.sighting.box = {0, 0, static_cast<int>(width_px) - 1,
+                             static_cast<int>(slender * width_px) - 1};
+      record.sighting.saturated_px = static_cast<int>(clipped * slender * width_px * width_px);
+    }
+    return misshapen_share(records, view);
   };
-  EXPECT_FALSE(wide(30, 31, 400));
-  EXPECT_TRUE(wide(30, 31, 0));
-  EXPECT_TRUE(wide(30, 31, 100));
-  EXPECT_TRUE(wide(34, 20, 500));
+  EXPECT_EQ(share_of(0.1, 1.0, 0.5), 0.0);
+  EXPECT_EQ(share_of(1.0, 1.0, 0.5), 1.0);
+  EXPECT_EQ(share_of(0.1, 1.0, 0.1), 1.0);
+  EXPECT_EQ(share_of(0.1, 0.6, 0.5), 1.0);
 }
 
 TEST(LoneLight, InAnotherLampsColumnNowAndThenIsByChanceAndForLongIsItsGlint) {
