@@ -178,7 +178,7 @@ std::array<EgoDeviation::Swing, kOwnSwings> EgoMotion::swings_by(double referenc
 
 OwnWay EgoMotion::lane_keeping(double reference_s, double range_m) const {
   constexpr double kCreeping_mps = 5.0;  // slower, one does not turn as much
-  constexpr double kLanePlace_m = 0.25;
+  constexpr double kLanePlace_m = 0.25, kNearest_m = 1.0;
   constexpr double kTold_rad =
       8e-6;  // less moves no lamp by more than a hundredth of a pixel or two
   OwnWay own;
@@ -186,7 +186,8 @@ OwnWay EgoMotion::lane_keeping(double reference_s, double range_m) const {
   if (!swings_) return own;
   const double share = std::min(1.0, speed_mps(reference_s) / kCreeping_mps);
   own.aside_std_m = kLanePlace_m * share;
-  const double swaying_rad = same_way_ ? std::sqrt(2.0) * kLanePlace_m / range_m : 0.0;
+  const double swaying_rad =
+      same_way_ ? std::sqrt(2.0) * kLanePlace_m / std::max(range_m, kNearest_m) : 0.0;
   const double swing_rad = share * std::hypot(kLaneKeeping_rad, swaying_rad);
   for (int k = 0; k < kOwnSwings; ++k) {
     const double std_rad = swing_rad * std::sqrt(swings_->variances()[k]);
