@@ -22,9 +22,9 @@ struct DelayCurve {
 /// either side could follow it without regard to the other's.
 std::vector<double> delay_breaks(const DelayRows& rows, double delay_s, int pieces);
 
-/// Twice as many pieces as lower Akaike's criterion, the poor ones halved while it falls. Rows of those
-/// that stay poor, where they are few, become as unsure as they scatter: what bends faster than a
-/// block tells would be taken for motion.
+/// Twice as many pieces as lower Akaike's criterion, the poor ones halved while it falls. Rows of
+/// those that stay poor, where they are few, become as unsure as they scatter: what bends faster
+/// than a block tells would be taken for motion.
 Outcome<DelayCurve> best_delay_curve(const DelayProblem& problem, DelayRows& rows, double delay_s);
 
 }  // namespace vildar

@@ -14,8 +14,8 @@ constexpr double kSlowest_mps = 1.0, kFastest_mps = 100.0;
 constexpr int kScanPieces = 12;
 
 // What pieces as long as a block may miss of each block's light: a share of its fourth differences,
-// of which a cubic has none. Across a gap there are none. Where light bends or
-// ends within a block, as at the edge of a view, they are as large as the second ones.
+// of which a cubic has none. Across a gap there are none. Where light bends or ends within a block,
+// as at the edge of a view, they are as large as the second ones.
 std::vector<double> unresolved_w(const std::vector<PowerBlock>& blocks) {
   constexpr double kShare = 0.03, kShareAtOnce = 0.2;
   constexpr double kClearSigmas = 40.0;  // five of a fourth difference's
