@@ -177,7 +177,6 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
         lateral_from_camera_m(*lane, site, found.readings.front(), view.pairs());
     seen.lane = lane->id;
   }
-  const auto lateral_m = problem.priors.lateral_m;  // before the own place in the lane widens it
   const auto outcome = fit_from_starts(problem, view, site.road, seen.ego);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   seen.fit = std::get<GeometryFit>(outcome);
@@ -199,21 +198,6 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
       seen.change = std::move(*change);
   };
   look();
-  // A vehicle pitches and swerves as nobody tells. Where that has drawn the path to lengths that no
-  // vehicle has, all that is left of the bearings counts as what they are good to.
-  if (seen.ego.moving() && seen.fit.prior_chi2 > kMostMetricChi2 &&
-      (found.check.sigma_factor.array() > kFarOff).any()) {
-    GeometryProblem doubted = problem;
-    doubted.priors.lateral_m = lateral_m;
-    doubted.sigma_factor = found.check.sigma_factor.cwiseMax(1.0);
-    const auto again = fit_from_starts(doubted, view, site.road, seen.ego);
-    const auto* fit = std::get_if<GeometryFit>(&again);
-    if (fit && fit->prior_chi2 < kMostMetricChi2) {
-      problem = std::move(doubted);
-      seen.fit = *fit;
-      look();
-    }
-  }
   const Eigen::Vector2d quick = found.check.quick_factor;
   if ((quick.array() > kFarOff).any()) {
     problem.sigma_factor = quick;

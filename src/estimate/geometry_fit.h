@@ -43,9 +43,6 @@ struct GeometryProblem {
   Eigen::Vector2d sigma_factor = Eigen::Vector2d::Ones();
 };
 
-/// Of a fit's metric priors, up to seven: the chance of more is one in a thousand.
-inline constexpr double kMostMetricChi2 = 25.0;
-
 struct GeometryFit {
   PathVector parameters = PathVector::Zero();
   PathMatrix covariance = PathMatrix::Zero();  ///< zero for parameters held fixed

@@ -131,6 +131,8 @@ void weigh(std::vector<Trajectory>& trajectories) {
 Outcome<std::vector<Trajectory>> fit_hypotheses(const Trajectory& seen,
                                                 const std::vector<LampReading>& readings,
                                                 const Site& site, Direction direction) {
+  // The chance of more, with up to seven priors, is one in a thousand.
+  constexpr double kMostPriorChi2 = 25.0;
   std::vector<Trajectory> found;
   std::optional<Miss> miss;
   for (const LampReading& reading : readings) {
@@ -145,7 +147,7 @@ Outcome<std::vector<Trajectory>> fit_hypotheses(const Trajectory& seen,
       continue;
     }
     anywhere = std::get<Trajectory>(std::move(outcome));
-    if (anywhere.fit.prior_chi2 > kMostMetricChi2 ||
+    if (anywhere.fit.prior_chi2 > kMostPriorChi2 ||
         off_road(site.road, lateral_of(anywhere), anywhere.problem.ego_aside_std_m))
       miss = Miss::not_on_road;
     else
