@@ -1,7 +1,6 @@
 #include "pipelines/run_clip.h"
 
 #include <algorithm>
-#include <ctime>
 #include <limits>
 #include <memory>
 
@@ -15,6 +14,7 @@
 #include "pipelines/interrupt.h"
 #include "pipelines/progress.h"
 #include "pipelines/run_passes.h"
+#include "pipelines/stage_timer.h"
 #include "track/road_view.h"
 
 namespace vildar {
@@ -22,28 +22,6 @@ namespace {
 
 constexpr std::size_t kPlotPoints = 200;
 constexpr double kForever = std::numeric_limits<double>::infinity();
-
-double process_cpu_s() {
-  timespec now{};
-  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-// Adds the CPU time since the last call to one stage of the table.
-class StageTimer {
- public:
-  explicit StageTimer(std::map<std::string, double>& table)
-      : table_(table), last_s_(process_cpu_s()) {}
-  void charge(const char* stage) {
-    const double now_s = process_cpu_s();
-    table_[stage] += now_s - last_s_;
-    last_s_ = now_s;
-  }
-
- private:
-  std::map<std::string, double>& table_;
-  double last_s_;
-};
 
 ClipInterval interval_of(const VehicleTrack& track) {
   return {seconds_of(track.sightings.front().time), seconds_of(track.sightings.back().time)};

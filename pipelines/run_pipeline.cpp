@@ -12,6 +12,7 @@
 #include "pipelines/run_clip.h"
 #include "pipelines/run_passes.h"
 #include "pipelines/run_traces.h"
+#include "pipelines/stage_timer.h"
 #include "pipelines/version.h"
 #include "sink/csv_tables.h"
 
@@ -197,10 +198,12 @@ RunOutcome run_pipeline(const RunOptions& options) {
 
   std::vector<TrackPlot> plots;
   std::vector<AtomicFile> files;
+  StageTimer timer(summary.timings_s);
   if (options.clip) {
     ClipSource clip(*options.clip, options.clip_options);
     check_site_fits_clip(site, clip.info().width_px, clip.info().height_px);
     const std::vector<PowerTrace> traces = read_traces(options, site, summary);
+    if (!traces.empty()) timer.charge("read");
     TracksWriter tracks(options.out / "tracks.csv");
     std::optional<BlobsWriter> blobs;
     if (options.blobs) blobs.emplace(options.out / "blobs.csv");
@@ -214,7 +217,10 @@ RunOutcome run_pipeline(const RunOptions& options) {
     files.push_back(std::move(tracks).finish());
     if (blobs) files.push_back(std::move(*blobs).finish());
   } else {
-    outcome.vehicles = measure_passes(site, read_traces(options, site, summary));
+    const std::vector<PowerTrace> traces = read_traces(options, site, summary);
+    timer.charge("read");
+    outcome.vehicles = measure_passes(site, traces);
+    timer.charge("estimate");
     files.push_back(TracksWriter(options.out / "tracks.csv").finish());
   }
 

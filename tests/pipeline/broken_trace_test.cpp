@@ -88,6 +88,15 @@ TEST_F(BrokenTrace, AGoodOneGivesASpeed) {
   EXPECT_NE(speeds().find("measured"), std::string::npos) << speeds();
 }
 
+TEST_F(BrokenTrace, TheTimeOfEachStageIsToldOfATraceToo) {
+  ASSERT_EQ(run_trace(text(rows())).code, 0);
+  const std::string json = run_json();
+  const std::size_t timings = json.find("\"timings_s\"");
+  ASSERT_NE(timings, std::string::npos);
+  for (const char* stage : {"\"estimate\": ", "\"read\": "})
+    EXPECT_LT(json.find(stage, timings), json.find('}', timings)) << stage;
+}
+
 TEST_F(BrokenTrace, SamplesThatCannotBeUsedAreFourCountedAndNamed) {
   const struct {
     std::function<void(std::vector<Row>&)> spoil;
