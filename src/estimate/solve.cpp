@@ -95,6 +95,10 @@ Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, do
   constexpr double kFirstDamping = 1e-6, kMostDamping = 1e12;
   constexpr double kRounding = 1e-13;  // of the cost
   const double least_gain = 0.5 * tolerance * tolerance;
+  const auto cost_at = [&](const Eigen::VectorXd& unknowns) {
+    const auto there = residuals(unknowns, false);
+    return there ? there->cost : std::numeric_limits<double>::infinity();
+  };
   auto here = residuals(start, true);
   if (!here) return Miss::not_converged;
   Minimum best{std::move(start), here->cost, here->information(), 0};
@@ -119,8 +123,11 @@ Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, do
     if (step.allFinite() && (quick ? decrement >= 0.0 : solver.isPositive())) {
       if (0.5 * decrement < least_gain && damping == 0.0) return best;
       Eigen::VectorXd next = best.unknowns + step;
-      if (const auto straight = quick ? residuals(next, false) : std::nullopt)
-        next += step_by(here->slopes * straight->values - gradient - best.information * step);
+      if (const auto straight = residuals(next, false)) {
+        const Eigen::VectorXd bent =
+            next + step_by(here->slopes * straight->values - gradient - best.information * step);
+        if (quick || cost_at(bent) < straight->cost) next = bent;
+      }
       auto there = residuals(next, true);
       if (there && there->cost <= best.cost) {
         const double gain = best.cost - there->cost;
