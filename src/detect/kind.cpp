@@ -18,8 +18,8 @@ constexpr double kLeastContrastRed = 2.0, kSurelyRed = 3.0;
 /// A lamp seen as large as this is near, and a near lamp is no dimmer than this.
 constexpr double kWideSpread_px = 5.0;
 constexpr double kWideLeastPeak = 0.25;
-/// Unclipped lights longer than this are paint, kerbs and edges.
-constexpr double kMostElongation = 3.0;
+/// Unclipped lights longer than this are paint, kerbs and edges; red ones may be strips of LEDs.
+constexpr double kMostElongation = 3.0, kMostElongationRed = 8.0;
 
 }  // namespace
 
@@ -67,11 +67,12 @@ bool like_a_lamp(const Peak& peak, const Measured& light, double peak_linear, do
   const bool clipped = peak.clipped_px > 0;
   if (clipped && peak.head) return true;  // about it there may be nothing but what clips as well
   double contrast = clipped ? kLeastContrastClipped : kLeastContrast;
-  if (red_log_odds > kSurelyRed) contrast = kLeastContrastRed;
+  const bool red = red_log_odds > kSurelyRed;
+  if (red) contrast = kLeastContrastRed;
   if (peak_linear < contrast * light.background) return false;
   if (light.spread_px.maxCoeff() > kWideSpread_px * px_per_usual && peak_linear < kWideLeastPeak)
     return false;
-  return clipped || light.elongation <= kMostElongation;
+  return clipped || light.elongation <= (red ? kMostElongationRed : kMostElongation);
 }
 
 LampKind kind_of(const Peak& peak, const Measured& light, double peak_linear, const RimColour& rim,

@@ -10,6 +10,7 @@
 #include "track/attitude.h"
 #include "track/drive_attitude.h"
 #include "track/heir.h"
+#include "track/lamp_parts.h"
 #include "track/lone_tracks.h"
 #include "track/look_alikes.h"
 #include "track/own_lamp.h"
@@ -89,6 +90,7 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
   last_time_ = frame.time;
   counts_.blobs += static_cast<std::int64_t>(frame.blobs.size());
 
+  join_lamp_parts(frame, view_);
   const std::vector<Spot> spots = spots_of(frame, view_);
   for (const Blob& blob : frame.blobs)
     if (blob.kind != LampKind::other) lights_.see_colour(blob.cr, blob.cb);

@@ -98,7 +98,10 @@ TEST(Kind, RedLightsNeedToOutshineLess) {
   EXPECT_EQ(kind_of(peak, light, 0.35, grey, 1.0), LampKind::other);
   EXPECT_EQ(kind_of(peak, light, 0.15, red, 1.0), LampKind::other);
   EXPECT_EQ(kind_of(peak, light, 0.65, grey, 1.0), LampKind::headlamp);
-  light.elongation = 4.0;  // a line
+  light.elongation = 4.0;  // a line, or a strip of red LEDs
+  EXPECT_EQ(kind_of(peak, light, 0.65, grey, 1.0), LampKind::other);
+  EXPECT_EQ(kind_of(peak, light, 0.35, red, 1.0), LampKind::taillamp);
+  light.elongation = 9.0;
   EXPECT_EQ(kind_of(peak, light, 0.35, red, 1.0), LampKind::other);
 }
 
