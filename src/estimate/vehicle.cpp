@@ -15,6 +15,7 @@
 #include "estimate/intensity_methods.h"
 #include "estimate/joint_fit.h"
 #include "estimate/lamp_size.h"
+#include "estimate/lane_choice.h"
 #include "estimate/light_checks.h"
 #include "estimate/mixture.h"
 #include "estimate/pass_delay.h"
@@ -77,29 +78,49 @@ void warn_of_doubt(std::span<const Trajectory> trajectories, double time_s, Vehi
                             "); its interval covers all of them");
 }
 
+// Whether the lights would drive in a lane of their direction if they were marker lamps on a roof.
+bool may_ride_on_a_roof(const Trajectory& trajectory, const Site& site, Direction direction) {
+  constexpr double kLowest_m = 2.5, kHighest_m = 4.0, kLeastDrop_m = 0.3, kSigmas = 2.5;
+  const auto& position_m = site.camera->position_m;
+  const double drop_m =
+      std::exp(trajectory.fit.parameters[kLogScale]) * trajectory.fit.parameters[kDrop];
+  const double low_drop_m = std::max(position_m[2].mean - kHighest_m, kLeastDrop_m);
+  const double high_drop_m = position_m[2].mean - kLowest_m;
+  if (!(low_drop_m < high_drop_m && high_drop_m < drop_m)) return false;
+  const double aside_m = trajectory.lateral_m() - position_m[1].mean;
+  const double low_m = aside_m * low_drop_m / drop_m, high_m = aside_m * high_drop_m / drop_m;
+  return std::ranges::any_of(site.road.lanes, [&](const LaneSite& lane) {
+    const Uncertain lane_m = lane_prior_m(lane);
+    const double centre_m = lane_m.mean - position_m[1].mean, slack_m = kSigmas * lane_m.std;
+    return lane.direction == direction && centre_m + slack_m > std::min(low_m, high_m) &&
+           centre_m - slack_m < std::max(low_m, high_m);
+  });
+}
+
 // A light that never had a partner and drives in no lane is likelier lit paint or a lamp's image on
-// the road than a vehicle: few of those do.
-bool alone_in_no_lane(const VehicleTrack& track, const RoadSite& road,
-                      std::span<const Trajectory> trajectories) {
+// the road than a vehicle: few of those do. So is a pair the marker lamps on a lorry's roof, where
+// those would be in a lane: nearer than lamps at lamp height would be, and slower.
+bool in_no_lane(const VehicleTrack& track, const Site& site,
+                std::span<const Trajectory> trajectories) {
   constexpr double kLikelier = 0.5;
-  if (!track.single_lamp || std::ranges::none_of(road.lanes, [&](const LaneSite& lane) {
-        return lane.direction == track.direction;
-      }))
+  if (std::ranges::none_of(site.road.lanes,
+                           [&](const LaneSite& lane) { return lane.direction == track.direction; }))
     return false;
   double in_none = 0.0;
-  for (const Trajectory& one : trajectories) in_none += one.lane.empty() ? one.weight : 0.0;
+  for (const Trajectory& one : trajectories)
+    if (one.lane.empty() && (track.single_lamp || may_ride_on_a_roof(one, site, track.direction)))
+      in_none += one.weight;
   return in_none > kLikelier;
 }
 
 // The speed that the program stands by, from trajectories and the method that gave them.
-void report(const VehicleTrack& track, const RoadSite& road,
-            std::span<const Trajectory> trajectories, const SpeedEstimate& speed,
-            VehicleResult& result) {
+void report(const VehicleTrack& track, const Site& site, std::span<const Trajectory> trajectories,
+            const SpeedEstimate& speed, VehicleResult& result) {
   const MotionState state = mixed_state(trajectories, speed.time_s);
   result.speed = speed;
   result.lane = sure_lane(trajectories);
   result.withheld = gate_speed(track, state, speed);
-  if (!result.withheld && alone_in_no_lane(track, road, trajectories))
+  if (!result.withheld && in_no_lane(track, site, trajectories))
     result.withheld = Miss::not_on_road;
   if (result.withheld) return;
   result.range_ref_m = state.range_m;
@@ -181,7 +202,7 @@ void fuse(const VehicleTrack& track, const Site& site, std::span<const VehiclePo
   const SpeedEstimate speed = speed_of(joined.trajectories);
   method.samples += joined.samples;
   VehicleResult fused = result;
-  report(track, site.road, joined.trajectories, speed, fused);
+  report(track, site, joined.trajectories, speed, fused);
   if (fused.withheld) {
     method.speed = *fused.withheld;
     result.methods.push_back(method);
@@ -366,7 +387,7 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
   } else {
     trajectories = std::get<std::vector<Trajectory>>(std::move(fitted));
     result.n_frames = trajectories.front().frames;
-    report(track, site.road, trajectories, speed_of(trajectories), result);
+    report(track, site, trajectories, speed_of(trajectories), result);
   }
   MethodResult geometry{Method::geometry_camera, Miss::unobservable, result.n_frames, ""};
   if (result.withheld)

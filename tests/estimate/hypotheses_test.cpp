@@ -64,6 +64,24 @@ TEST(Hypotheses, ALightAloneInNoLaneIsNoVehicle) {
   EXPECT_FALSE(result_of({20.0, 0.0, 60.0, -6.0, 0.65, 1.2}, without_lanes, view).withheld);
 }
 
+// At lamp height the two marker lamps, 3.4 m up in the lane, would be 1.2 m apart, 1.9 times as
+// far, as fast and as far aside: 5.7 m, beyond the lane.
+TEST(Hypotheses, APairBesideTheLanesThatMayRideOnARoofInOneIsNone) {
+  constexpr double kTimes = (6.5 - 0.65) / (6.5 - 3.4);
+  const Vehicle on_roof{15.0, 0.0, 60.0, -3.0, 3.4, 1.2 / kTimes};
+  Site site = simulated::mast_site(6.5);
+  site.road.lanes = {{"in", {-3.0, 0.3}, 3.5, Direction::oncoming}};
+  EXPECT_EQ(result_of(on_roof, site, kFewFrames).withheld, Miss::not_on_road);
+  // In a lane where it seems to be, it may be what it seems, with the speed of that.
+  site.road.lanes.push_back({"out", {-3.0 * kTimes, 0.3}, 3.5, Direction::oncoming});
+  const VehicleResult seems = result_of(on_roof, site, kFewFrames);
+  ASSERT_FALSE(seems.withheld);
+  EXPECT_NEAR(seems.speed.speed_mps, kTimes * 15.0, 2.0 * seems.speed.std_mps);
+  // No lane where it would be on a roof.
+  site.road.lanes = {{"far", {-9.0, 0.3}, 3.5, Direction::oncoming}};
+  EXPECT_FALSE(result_of(on_roof, site, kFewFrames).withheld);
+}
+
 TEST(Hypotheses, ClassesThatCannotBeToldApartBothLieInTheInterval) {
   // One lamp, no lane: nothing but its height, which is 0.5 m or 1.2 m, says how far it is.
   Site site = simulated::mixed_site(4.0);
