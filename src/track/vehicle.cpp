@@ -258,15 +258,18 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
 
   track.kind = vehicle.kind;
   track.direction_contradicts = motion_contradicts(looks, vehicle.kind, view);
-  // Before a camera that stands the motion alone tells where nothing shows colour. Clipping whitens
-  // tail lamps; those of a vehicle ahead still do not come nearer.
-  if (track.direction_contradicts && (view.moving_sensor() || lights.colourless())) {
-    constexpr double kWhitened = -2.0;
-    if (view.moving_sensor() &&
-        (vehicle.kind != LampKind::headlamp || median(tail_log_odds) < kWhitened))
+  // Before a camera that stands the motion alone tells where nothing shows colour, and of lamps
+  // that are not white for sure: clipping whitens tail lamps, indicators are amber. From one that
+  // moves, those of a vehicle ahead still do not come nearer.
+  if (track.direction_contradicts) {
+    constexpr double kWhite = -2.0;
+    const bool white = median(tail_log_odds) < kWhite;
+    if (view.moving_sensor() && (vehicle.kind != LampKind::headlamp || white))
       return Verdict::undecided;
-    track.kind = LampKind::taillamp;
-    track.direction_contradicts = motion_contradicts(looks, track.kind, view);
+    if (!white || lights.colourless()) {
+      track.kind = LampKind::taillamp;
+      track.direction_contradicts = motion_contradicts(looks, track.kind, view);
+    }
   }
   track.direction = track.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;
   track.single_lamp = false;

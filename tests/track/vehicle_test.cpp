@@ -5,11 +5,22 @@
 #include <tuple>
 
 #include "one_car.h"
+#include "optics/lamp_colour.h"
 
 namespace vildar {
 namespace {
 
 using Road = scene::OneCar;
+
+// Its way backwards.
+void drive_away(Lamp& lamp) {
+  const std::vector<LampRecord> seen = lamp.records;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const LampRecord& other = seen[seen.size() - 1 - i];
+    lamp.records[i].at_px = other.at_px;
+    lamp.records[i].sighting = other.sighting;
+  }
+}
 
 // The lamp that took the place of a lost one had been followed before as a light of its own.
 TEST(JudgeVehicle, OneSightingPerFrameInOrderThoughASideChangedItsLamp) {
@@ -65,22 +76,34 @@ TEST(JudgeVehicle, WithoutColourTheMotionTellsTheDirection) {
   for (const bool grey : {false, true}) {
     LightScale lights;
     if (grey) lights.see_colour(0.0, 0.0);
-    // Backwards in time: the lamps drive away.
     Lamp left = road.lamp(0, 50, -3.4), right = road.lamp(0, 50, -4.6);
-    for (Lamp* lamp : {&left, &right}) {
-      const std::vector<LampRecord> seen = lamp->records;
-      for (std::size_t i = 0; i < seen.size(); ++i) {
-        const LampRecord& other = seen[seen.size() - 1 - i];
-        lamp->records[i].at_px = other.at_px;
-        lamp->records[i].sighting = other.sighting;
-      }
-    }
+    for (Lamp* lamp : {&left, &right}) drive_away(*lamp);
     Vehicle vehicle = scene::vehicle_of(left, right, 51);
     VehicleTrack track;
     ASSERT_EQ(judge_vehicle(vehicle, road.view, {}, lights, track), Verdict::vehicle);
     EXPECT_EQ(track.direction_contradicts, !grey);
     EXPECT_EQ(track.direction, grey ? Direction::receding : Direction::oncoming);
     EXPECT_EQ(track.kind, grey ? LampKind::taillamp : LampKind::headlamp);
+  }
+}
+
+// Hazard lights on: amber in half of the pictures.
+TEST(JudgeVehicle, AmongLightsThatAreNotWhiteTheMotionTellsTheDirection) {
+  const Road road;
+  const double kAmber = tail_lamp_log_odds(0.14, -0.29), kRed = tail_lamp_log_odds(0.12, -0.05);
+  const double kWhite = tail_lamp_log_odds(0.012, -0.015);
+  for (const double blinks : {kAmber, kWhite}) {
+    Lamp left = road.lamp(0, 50, -3.4), right = road.lamp(0, 50, -4.6);
+    for (Lamp* lamp : {&left, &right}) {
+      drive_away(*lamp);
+      for (LampRecord& record : lamp->records)
+        record.tail_log_odds = record.frame % 20 < 12 ? blinks : kRed;
+    }
+    Vehicle vehicle = scene::vehicle_of(left, right, 51);
+    VehicleTrack track;
+    ASSERT_EQ(judge_vehicle(vehicle, road.view, {}, {}, track), Verdict::vehicle);
+    EXPECT_EQ(track.direction_contradicts, blinks == kWhite);
+    EXPECT_EQ(track.direction, blinks == kAmber ? Direction::receding : Direction::oncoming);
   }
 }
 
