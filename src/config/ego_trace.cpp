@@ -66,6 +66,8 @@ class TraceReader {
       problem(0, "", "has no header line", "begin with t_s,speed_mps");
     else if (samples.empty() && faults_ == 0)
       problem(0, "", "has no samples", "give at least one line of numbers under the header");
+    else
+      judge();
   }
 
   void problem(int line, std::string_view column, std::string fault, std::string remedy) {
@@ -101,8 +103,10 @@ class TraceReader {
       }
       values[i] = *value;
     }
-    if (values[1] < 0.0) {
-      problem(number, kColumns[1], number_text(values[1]) + " is out of range", "must be >= 0");
+    constexpr double kMost_mps = 100.0;
+    if (values[1] < 0.0 || values[1] > kMost_mps) {
+      problem(number, kColumns[1], number_text(values[1]) + " is out of range",
+              "must be metres per second, from 0 to " + number_text(kMost_mps));
       return false;
     }
     if (!samples.empty() && !(values[0] > samples.back().time_s)) {
@@ -112,11 +116,38 @@ class TraceReader {
       return false;
     }
     samples.push_back({values[0], values[1], values[2]});
+    lines_.push_back(number);
     return true;
+  }
+
+  // What no vehicle drives has other units, or samples that are wrong.
+  void judge() {
+    constexpr double kWithin_s = 4.0, kNoise_mps = 2.0, kGrip_mps2 = 9.8, kMostTurn_mps2 = 15.0;
+    std::size_t from = 0;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const auto& [time_s, speed_mps, yaw_rate_rad_per_s] = samples[i];
+      while (time_s - samples[from].time_s > kWithin_s) ++from;
+      const double changed_mps = std::abs(speed_mps - samples[from].speed_mps);
+      if (changed_mps > kNoise_mps + kGrip_mps2 * (time_s - samples[from].time_s)) {
+        problem(lines_[i], kColumns[1],
+                "the speed changes by " + fixed_text(changed_mps, 1) + " m/s within " +
+                    fixed_text(time_s - samples[from].time_s, 2) + " s, more than tyres give",
+                "give metres per second, not km/h; remove samples that are wrong");
+        return;
+      }
+      if (std::abs(speed_mps * yaw_rate_rad_per_s) > kMostTurn_mps2) {
+        problem(lines_[i], kColumns[2],
+                "turning by " + number_text(yaw_rate_rad_per_s) + " rad/s at " +
+                    number_text(speed_mps) + " m/s is more than tyres give",
+                "give radians per second, not degrees; remove samples that are wrong");
+        return;
+      }
+    }
   }
 
   std::string file_;
   std::vector<Problem>& problems_;
+  std::vector<int> lines_;  // of the samples
   std::size_t columns_ = 0;
   int faults_ = 0;
 };

@@ -11,6 +11,8 @@
 #include "estimate/speed_budget.h"
 #include "estimate/speed_gate.h"
 #include "estimate/wander.h"
+#include "optics/ego_motion.h"
+#include "optics/road.h"
 
 namespace vildar {
 namespace {
@@ -68,6 +70,35 @@ std::optional<VehicleTrack> nearest_part(const VehicleTrack& track, const Site& 
   VehicleTrack part = track;
   part.sightings.assign(best_from, best_to + 1);
   return part;
+}
+
+// What was seen while a trace of the own speed tells it; nothing where that is all.
+std::optional<VehicleTrack> told_part(const VehicleTrack& track, const Site& site) {
+  constexpr double kBeyond_s = 0.15;
+  if (!site.ego || site.ego->trace.size() < 2) return std::nullopt;
+  const double from_s = site.ego->trace.front().time_s - kBeyond_s;
+  const double to_s = site.ego->trace.back().time_s + kBeyond_s;
+  VehicleTrack part = track;
+  const auto left_out = std::erase_if(part.sightings, [&](const VehicleSighting& sighting) {
+    const double time_s = seconds_of(sighting.time);
+    return time_s < from_s || time_s > to_s;
+  });
+  return left_out > 0 ? std::optional(std::move(part)) : std::nullopt;
+}
+
+// Yaw rates that turn the own vehicle about as much as the road, but the other way.
+bool turns_against_the_road(const Site& site, const VehicleTrack& track) {
+  constexpr double kLeast_rad = 0.1, kLeastShare = 0.5;
+  const RoadSite& road = site.road;
+  if (!site.ego || !site.ego->turns_known() || road.kind != RoadKind::curved || !road.radius_m)
+    return false;
+  DrivenPose start;
+  start.time_s = seconds_of(track.sightings.front().time);
+  const DrivenPose end =
+      EgoMotion(*site.ego, road).driven(start, seconds_of(track.sightings.back().time));
+  const double road_rad = bend_of(road) / road.radius_m->mean * end.way_m;
+  return std::abs(road_rad) > kLeast_rad && end.heading_rad * road_rad < 0.0 &&
+         std::abs(end.heading_rad) > kLeastShare * std::abs(road_rad);
 }
 
 // Lone lights before a pair may be another vehicle's, or glints: what both lamps were seen in
@@ -198,16 +229,32 @@ bool of_two_vehicles(const Trajectory& likeliest, const Uncertain& tilt_rad) {
 Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& whole, const Camera& camera,
                                                   const Site& site,
                                                   std::vector<std::string>& warnings) {
-  const auto nearest = nearest_part(whole, site);
-  const VehicleTrack& track = nearest ? *nearest : whole;
+  const auto told = told_part(whole, site);
+  if (told && told->sightings.empty()) {
+    warnings.push_back("the ego trace does not tell the own speed at the time of its track");
+    return Miss::too_few_samples;
+  }
+  const auto nearest = nearest_part(told ? *told : whole, site);
+  const VehicleTrack& track = nearest ? *nearest : told ? *told : whole;
   const auto measured_alone = [](double from_s, double to_s) {
     return "measured from " + fixed_text(from_s, 2) + " to " + fixed_text(to_s, 2) + " s alone";
   };
+  if (told)
+    warnings.push_back("the ego trace does not tell the own speed throughout its track: " +
+                       measured_alone(seconds_of(told->sightings.front().time),
+                                      seconds_of(told->sightings.back().time)));
   if (nearest)
     warnings.push_back(
         "followed for longer than the own vehicle's turns can be without yaw rates: " +
         measured_alone(seconds_of(track.sightings.front().time),
                        seconds_of(track.sightings.back().time)));
+  if (turns_against_the_road(site, track)) {
+    warnings.push_back(
+        "the ego trace's yaw rates turn the other way than the road: they are positive to the "
+        "left; "
+        "check their sign and road.turn");
+    return Miss::not_on_road;
+  }
   auto outcome = fit_bearings(track, camera, site);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   BearingFit& first = std::get<BearingFit>(outcome);
@@ -237,8 +284,6 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& whole, con
     }
   }
   Trajectory& seen = first.trajectory;
-  if (!seen.ego.covers(seen.from_s, seen.to_s))
-    warnings.push_back("the ego speed trace does not span the whole track; its end speed is held");
   if (track.kind == LampKind::taillamp &&
       !(site.lamps.tail_height_m && site.lamps.tail_separation_m))
     warnings.push_back(

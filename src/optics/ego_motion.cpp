@@ -82,7 +82,14 @@ EgoMotion::EgoMotion(const EgoSite& site, const RoadSite& road, std::optional<Wa
   if (road.radius_m) road_curvature_per_m_ = bend_of(road) / road.radius_m->mean;
   straight_m_ = road.straight_m;
   if (turns_known_) curvature_per_m_ = road_curvature_per_m_;
-  if (!watched || turns_known_) return;
+  if (!watched) return;
+  constexpr int kPoints = 64;
+  double sum = 0.0;
+  for (int i = 0; i < kPoints; ++i)
+    sum += std::pow(
+        untold_mps(std::lerp(watched->time.from_s, watched->time.to_s, (i + 0.5) / kPoints)), 2);
+  untold_mps_ = std::sqrt(sum / kPoints);
+  if (turns_known_) return;
   swings_.emplace(watched->time, kToAndFro_s / kPi);
   same_way_ = watched->same_way;
 }
@@ -97,6 +104,20 @@ double EgoMotion::interpolated(double time_s, double EgoSample::*field) const {
   const EgoSample& below = *(above - 1);
   const double share = (time_s - below.time_s) / (above->time_s - below.time_s);
   return (1.0 - share) * (below.*field) + share * ((*above).*field);
+}
+
+// By how much the speed may be off what is taken for it between samples, or held beyond them:
+// drivers change it by 1 m/s^2, and that over a second or two.
+double EgoMotion::untold_mps(double time_s) const {
+  constexpr double kChange_mps2 = 1.0, kSteady_s = 2.0;
+  const auto& trace = site_.trace;
+  if (trace.size() < 2) return 0.0;
+  if (time_s < trace.front().time_s) return kChange_mps2 * (trace.front().time_s - time_s);
+  const auto above = std::ranges::upper_bound(trace, time_s, {}, &EgoSample::time_s);
+  if (above == trace.end()) return kChange_mps2 * (time_s - trace.back().time_s);
+  const double since_s = time_s - (above - 1)->time_s, until_s = above->time_s - time_s;
+  const double apart_s = since_s + until_s;
+  return kChange_mps2 * std::min(1.0, apart_s / kSteady_s) * since_s * until_s / apart_s;
 }
 
 double EgoMotion::speed_mps(double time_s) const {

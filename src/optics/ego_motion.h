@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <optional>
 
 #include <Eigen/Core>
@@ -106,8 +107,11 @@ class EgoMotion {
 
   bool moving() const { return moving_; }
   double speed_mps(double time_s) const;
-  /// Standard deviation of speed_mps, from the site file's `speed_mps`; 0 where it is called known.
-  double speed_std_mps() const { return moving_ ? site_.speed_mps.std : 0.0; }
+  /// Standard deviation of speed_mps: of all together, from the site file's `speed_mps`, and what a
+  /// trace leaves open between its samples and beyond its ends while watched.
+  double speed_std_mps() const {
+    return moving_ ? std::hypot(site_.speed_mps.std, untold_mps_) : 0.0;
+  }
   EgoDeviation deviation(double reference_s, double time_s) const;
   /// As yaw rates tell it: over some seconds about `reference_s` one drives along the road for the
   /// most part. Without them one heads to and fro within the lane, and what is watched at about
@@ -121,6 +125,7 @@ class EgoMotion {
 
  private:
   double interpolated(double time_s, double EgoSample::*field) const;
+  double untold_mps(double time_s) const;
   OwnWay lane_keeping(double reference_s, double range_m) const;
   std::array<EgoDeviation::Swing, kOwnSwings> swings_by(double reference_s, double time_s) const;
   /// `turn_rate_rad_per_s(time_s, way_m)`, anticlockwise.
@@ -129,6 +134,7 @@ class EgoMotion {
 
   EgoSite site_;
   double road_curvature_per_m_ = 0.0, straight_m_ = 0.0;  ///< of the road's line y = 0
+  double untold_mps_ = 0.0;
   bool moving_ = false;
   bool turns_known_ = false;
   double curvature_per_m_ = 0.0;         ///< of the road; zero where the turns are not known

@@ -41,6 +41,12 @@ TEST(EgoTrace, IsReadBesideTheSite) {
                                                         {header + "0,1\n0,1\n", "3"},
                                                         {header + "0,1\n1,1\n0.5,1\n", "4"}})
     EXPECT_NE(fault_of(trace).find(place + line + ":"), std::string::npos) << trace;
+  // Kilometres an hour, braking by 3 m/s^2; degrees a second.
+  EXPECT_NE(fault_of(header + "0,180\n").find("out of range"), std::string::npos);
+  EXPECT_NE(fault_of(header + "0,60\n0.7,52.4\n1.4,44.9\n2.1,37.3\n2.8,29.8\n").find("km/h"),
+            std::string::npos);
+  EXPECT_NE(fault_of("t_s,speed_mps,yaw_rate_rad_per_s\n0,15,2\n").find("degrees"),
+            std::string::npos);
   EXPECT_NE(fault_of("").find("no header"), std::string::npos);
   EXPECT_NE(fault_of(header).find("no samples"), std::string::npos);
   std::filesystem::remove(folder.path() / "ego.csv");

@@ -49,6 +49,31 @@ TEST(Geometry, DashcamFollowsAnEgoTrace) {
   EXPECT_NEAR(*result.closing_speed_mps, 12.0 + 15.0 - 3.0 * result.speed.time_s, 0.02);
 }
 
+// Beyond the end of its trace the own car brakes: what was seen there says nothing of the other.
+TEST(Geometry, WhereATraceDoesNotTellTheOwnSpeedNothingIsMeasured) {
+  const Vehicle vehicle{12.0, 0.0, 80.0, 3.5, 0.65, 1.2};
+  View view = kNoiseless;
+  view.ego_mps = 15.0;
+  view.ego_acceleration_mps2 = -3.0;
+  for (const double end_s : {1.2, -0.5}) {
+    Site site = dashcam_site();
+    for (double t_s = -1.0; t_s < end_s; t_s += 0.1)
+      site.ego->trace.push_back({t_s, 15.0 - 3.0 * t_s, 0.0});
+    Random random(1);
+    const VehicleResult result =
+        estimate_vehicle(track_of(vehicle, site, view, random), site, {}).result;
+    ASSERT_EQ(result.warnings.size(), 1U);
+    if (end_s > 0.0) {
+      ASSERT_FALSE(result.withheld);
+      EXPECT_NEAR(result.speed.speed_mps, 12.0, result.speed.std_mps);
+      EXPECT_NE(result.warnings[0].find("measured from 0.00 to 1."), std::string::npos);
+    } else {
+      EXPECT_EQ(result.withheld, Miss::too_few_samples);
+      EXPECT_NE(result.warnings[0].find("does not tell the own speed"), std::string::npos);
+    }
+  }
+}
+
 // Coding lets the lamps of a car ahead seem to creep apart and together again, by a few tenths of a
 // pixel: its speed is the own one but for the little by which the gap grows.
 TEST(Geometry, ACarAheadWhoseLampsCreepHasASpeedWithASigmaThatSaysSo) {
@@ -385,6 +410,17 @@ TEST(Geometry, DashcamOnABend) {
       // The lanes' lengths differ: what closes along the vehicle's lane is not the sum of speeds.
       EXPECT_NEAR(*result.closing_speed_mps, 12.0 + 15.0 * lane_radius_m / 150.0, 0.03);
     }
+}
+
+TEST(Geometry, YawRatesOfTheWrongSignGiveNoSpeed) {
+  BendView scene = on_a_bend(Turn::right, true);
+  Random random(1);
+  const VehicleTrack track = track_of(scene.vehicle, scene.site, scene.view, random);
+  for (EgoSample& sample : scene.site.ego->trace) sample.yaw_rate_rad_per_s *= -1.0;
+  const VehicleResult result = estimate_vehicle(track, scene.site, {}).result;
+  EXPECT_EQ(result.withheld, Miss::not_on_road);
+  ASSERT_FALSE(result.warnings.empty());
+  EXPECT_NE(result.warnings[0].find("the other way than the road"), std::string::npos);
 }
 
 TEST(Geometry, YawRatesTellARadiusThatTheSiteHasWrong) {

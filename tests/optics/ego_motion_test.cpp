@@ -40,6 +40,19 @@ TEST(EgoMotion, DrivesAlongTheRoadOrAsYawRatesSay) {
   EXPECT_NEAR(EgoMotion(ego, road).driven({}, 2.0).heading_rad, 0.4, 1e-9);
 }
 
+// Half way between samples 1 and 4 s apart, and beyond the last one.
+TEST(EgoMotion, KnowsItsSpeedLessFarFromSamples) {
+  EgoSite ego{{0.0, 0.3}, {}, {{0.0, 20.0, 0.0}, {1.0, 20.0, 0.0}, {5.0, 20.0, 0.0}}};
+  const auto std_mps = [&](double time_s) {
+    return EgoMotion(ego, RoadSite{}, Watched{{time_s - 0.01, time_s + 0.01}}).speed_std_mps();
+  };
+  EXPECT_NEAR(std_mps(1.0), 0.3, 1e-3);
+  EXPECT_NEAR(std_mps(0.5), std::hypot(0.3, 0.125), 1e-3);
+  EXPECT_NEAR(std_mps(3.0), std::hypot(0.3, 1.0), 1e-3);
+  EXPECT_NEAR(std_mps(5.5), std::hypot(0.3, 0.5), 1e-3);
+  EXPECT_NEAR(std_mps(-0.2), std::hypot(0.3, 0.2), 1e-3);
+}
+
 TEST(EgoMotion, StampsThatJumpByYearsEndInTime) {
   constexpr double kYears_s = 1e9;
   const EgoSite ego{{20.0, 0.0}, {}, {{0.0, 20.0, 0.0}, {2.0, 20.0, 0.0}}};
