@@ -189,9 +189,9 @@ void fuse(const VehicleTrack& track, const Site& site, std::span<const VehiclePo
     result.methods.push_back(method);
     if (delay && *miss == Miss::sensors_contradict) {
       result.warnings.push_back(
-          "the delay between the photodiodes and the camera's bearings contradict each other; "
-          "check the camera's pose, the lamps, and the photodiodes' places and clock");
-      result.withheld = *miss;
+          "the delay between the photodiodes and the camera's bearings contradict each other in "
+          "speed or acceleration; check the camera's pose, the lamps, and the photodiodes' places "
+          "and clock");
     } else if (*miss == Miss::bad_fit || *miss == Miss::sensors_contradict) {
       result.warnings.push_back("photodiode power does not agree with the camera (" +
                                 std::string(name_of(*miss)) + "); the speed is the camera's alone");

@@ -112,6 +112,30 @@ TEST_F(BesideACamera, OneAloneIsMeasuredByBoth) {
   EXPECT_LT(std::abs(result.speed.speed_mps - 20.0), 4.0 * result.speed.std_mps);
 }
 
+// Light that seems to brake by 2.5 m/s^2, as that of a follower beside the own may, at about the
+// speed that the camera sees: of one speed the camera's stands; 30 % off neither can be trusted.
+TEST_F(BesideACamera, ADelayThatDeniesTheAccelerationAloneLeavesTheSpeedToIt) {
+  for (const double times : {1.0, 1.3}) {
+    Site one_lane = site_;
+    one_lane.road.lanes.pop_back();
+    const auto traces = simulated::two_traces(4.4, 1e-3, random_, [&](int k, double t_s) {
+      const double to_go_s = 4.0 - t_s;
+      const double ahead_m = times * (20.0 * to_go_s + 0.5 * 2.5 * to_go_s * to_go_s) - 2.0 * k;
+      return ahead_m > 0.0 ? 100.0 / (ahead_m * ahead_m + kNear2_m2) : 0.0;
+    });
+    const VehicleResult result = seen_with(traces, one_lane);
+    if (times > 1.0) {
+      EXPECT_EQ(result.withheld, Miss::sensors_contradict);
+      continue;
+    }
+    ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
+    EXPECT_EQ(result.method, Method::geometry_camera);
+    EXPECT_LT(std::abs(result.speed.speed_mps - 20.0), 4.0 * result.speed.std_mps);
+    ASSERT_FALSE(result.warnings.empty());
+    EXPECT_NE(result.warnings[0].find("speed or acceleration"), std::string::npos);
+  }
+}
+
 // A wrong clock cuts the traces to another vehicle's time, and theirs is its motion.
 TEST_F(BesideACamera, LightThatTheVehiclesInViewDoNotExplainTellsNoDelay) {
   const PowerTrace unexplained;
