@@ -93,15 +93,19 @@ void warn_of_other_mains(const PowerTrace& trace, const Site& site, const std::s
                              "; what it shows was taken out, correct the site file");
 }
 
-/// Samples a second that traces are made for.
-void warn_of_odd_rate(const PowerTrace& trace, const std::string& file, RunSummary& summary) {
-  constexpr double kLowest_hz = 100.0, kHighest_hz = 1e5, kRounding = 0.02;
+/// Samples a second that traces are made for. Far fewer show no vehicle: what they seem to hold
+/// would be rows of nothing.
+void judge_rate(const PowerTrace& trace, const std::string& file, RunSummary& summary) {
+  constexpr double kLowest_hz = 100.0, kHighest_hz = 1e5, kRounding = 0.02, kFewest_hz = 20.0;
   if (!(trace.sample_period_s > 0.0)) return;
   const double rate_hz = 1.0 / trace.sample_period_s;
   if (rate_hz > kLowest_hz * (1.0 - kRounding) && rate_hz < kHighest_hz * (1.0 + kRounding)) return;
-  summary.warnings.push_back(file + ": " + trace.photodiode_id + " has " + number_text(rate_hz) +
-                             " samples a second by its stamps, and 100 to 100000 are asked for; "
-                             "check that t_s is in seconds");
+  const std::string fault = file + ": " + trace.photodiode_id + " has " +
+                            number_text(0.01 * std::round(100.0 * rate_hz)) +
+                            " samples a second by its stamps, and 100 to 100000 are asked for; "
+                            "check that t_s is in seconds";
+  if (rate_hz < kFewest_hz) throw InputError(fault);
+  summary.warnings.push_back(fault);
 }
 
 /// What the site file leaves open of photodiodes that are used together.
@@ -171,14 +175,16 @@ std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
       most_samples = std::max(most_samples, trace.time_s.size());
     }
     if (most_samples < 2)
-      throw InputError(file + ": " + std::to_string(most_samples) + " of " +
-                       std::to_string(summary.counts["samples_read"]) +
-                       " samples can be used, and a speed needs many; record the trace again");
+      throw InputError(
+          file + ": " + std::to_string(most_samples) + " of " +
+          std::to_string(summary.counts["samples_read"]) +
+          " samples can be used, and a speed needs many; " +
+          (summary.warnings.empty() ? "record the trace again" : summary.warnings.back()));
     warn_of_open_site(traces, site, file, summary);
     leave_out_dead(file, traces, summary);
     for (const PowerTrace& trace : traces) {
       summary.traces.push_back(summary_of(trace));
-      warn_of_odd_rate(trace, file, summary);
+      judge_rate(trace, file, summary);
       warn_of_other_mains(trace, site, file, summary);
     }
     return traces;
