@@ -137,10 +137,26 @@ void Lamp::start_anew(CameraTime time, int paired) {
   vehicle = nullptr;
 }
 
-void Lamp::forget_before(CameraTime time) {
+void Lamp::set_aside_before(CameraTime time) {
   const auto keep_from =
       std::ranges::find_if(records, [&](const auto& one) { return one.time >= time; });
+  if (keep_from - records.begin() > std::ssize(set_aside))
+    set_aside.assign(records.begin(), keep_from);
   records.erase(records.begin(), keep_from);
+}
+
+Lamp Lamp::before_doubt() const {
+  Lamp earlier = *this;
+  earlier.records = set_aside;
+  earlier.set_aside.clear();
+  earlier.doubtful_at.reset();
+  if (set_aside.empty()) return earlier;
+  earlier.at_px_ = set_aside.back().at_px;
+  earlier.first_time_ = set_aside.front().time;
+  earlier.last_time_ = set_aside.back().time;
+  earlier.last_frame_ = set_aside.back().frame;
+  earlier.sightings_ = static_cast<int>(set_aside.size());
+  return earlier;
 }
 
 void Lamp::leave_to_pair(std::vector<LampRecord>::const_iterator first) {

@@ -90,8 +90,10 @@ class Lamp {
   /// `paired` sightings were as one of a pair.
   void start_anew(CameraTime time, int paired);
 
-  /// Drops the records from before that time.
-  void forget_before(CameraTime time);
+  /// Sets the records from before that time aside: of all set aside the most of one time are held.
+  void set_aside_before(CameraTime time);
+  /// As it was when it left the records that are set aside.
+  Lamp before_doubt() const;
 
   const Eigen::Vector2d& at_px() const { return at_px_; }
   const Eigen::Vector2d& velocity_pxps() const { return velocity_pxps_; }
@@ -115,6 +117,7 @@ class Lamp {
   int sightings() const { return sightings_; }
 
   std::vector<LampRecord> records;
+  std::vector<LampRecord> set_aside;
   RunningShare red;        ///< has the colour of a tail lamp, however dim
   RunningShare lamp_like;  ///< shines like a lamp, not like something lit
   RunningShare above;      ///< stands above where a lamp on the road can

@@ -56,7 +56,7 @@ class Tracker::Impl {
   void end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& ended);
   Verdict end_vehicle(Vehicle& vehicle, std::vector<VehicleTrack>& ended);
   void forget_ended(CameraTime now);
-  void end_single(const Lamp& lamp, std::vector<VehicleTrack>& ended);
+  void end_single(const Lamp& whole, std::vector<VehicleTrack>& ended);
   void report(Verdict verdict, VehicleTrack&& track, std::vector<VehicleTrack>& ended);
   void count(Verdict verdict);
   void name_kinds(BlobFrame& frame, const std::vector<Spot>& spots) const;
@@ -124,7 +124,8 @@ void Tracker::Impl::find_turn(const BlobFrame& now) {
     const bool stands =
         !lamp->vehicle &&
         (drive_attitude_ ? above : lamp->fixed && (above || lamp->lived_s() > kLong_s));
-    if (!stands && !lamp->records.empty()) oldest = std::min(oldest, lamp->records.front().frame);
+    for (const auto* seen : {&lamp->records, &lamp->set_aside})
+      if (!stands && !seen->empty()) oldest = std::min(oldest, seen->front().frame);
     if (!stands || !lamp->seen_at(frame)) continue;
     const auto [entry, is_new] = standing_.try_emplace(lamp.get(), next_standing_);
     next_standing_ += is_new;
@@ -240,7 +241,7 @@ void Tracker::Impl::follow(const std::vector<Spot>& spots, const BlobFrame& fram
   }
   // What a light without a partner was before a doubtful step is not held against, or for, it.
   for (std::size_t i = 0; i < lamps_.size(); ++i)
-    if (found.doubtful[i] && !lamps_[i]->vehicle) lamps_[i]->forget_before(frame.time);
+    if (found.doubtful[i] && !lamps_[i]->vehicle) lamps_[i]->set_aside_before(frame.time);
   bear(spots, found, frame);
 }
 
@@ -383,9 +384,16 @@ Verdict Tracker::Impl::end_vehicle(Vehicle& vehicle, std::vector<VehicleTrack>& 
   return verdict;
 }
 
-void Tracker::Impl::end_single(const Lamp& lamp, std::vector<VehicleTrack>& ended) {
+void Tracker::Impl::end_single(const Lamp& whole, std::vector<VehicleTrack>& ended) {
   VehicleTrack track;
-  Verdict verdict = judge_single(lamp, view_, options_, lights_, track);
+  Verdict verdict = judge_single(whole, view_, options_, lights_, track);
+  // What it was before a doubtful step it may have been longer than since.
+  std::optional<Lamp> earlier;
+  if (verdict != Verdict::vehicle && whole.set_aside.size() > whole.records.size()) {
+    earlier = whole.before_doubt();
+    verdict = judge_single(*earlier, view_, options_, lights_, track);
+  }
+  const Lamp& lamp = earlier ? *earlier : whole;
   const auto owns = [&](const auto& vehicle) { return was_lamp_of(lamp, *vehicle, view_); };
   if (verdict == Verdict::vehicle &&
       (std::ranges::any_of(vehicles_, owns) || std::ranges::any_of(waiting_, owns) ||

@@ -163,6 +163,22 @@ TEST(JudgeSingle, ALightOnceTakenForOneOfAPairIsALampIfItIsLongAlone) {
   EXPECT_EQ(judge_single(part, road.view, {}, {}, track), Verdict::undecided);
 }
 
+// Near the end it may have passed to another light: what it was until then stays.
+TEST(JudgeSingle, ALampKeepsItsLongestTimeWithoutADoubt) {
+  const Road road;
+  Lamp lamp = road.lamp(0, 60, -3.4);
+  lamp.doubtful_at = Road::time_at(5);
+  lamp.set_aside_before(Road::time_at(5));
+  lamp.doubtful_at = Road::time_at(56);
+  lamp.set_aside_before(Road::time_at(56));
+  VehicleTrack track;
+  EXPECT_EQ(judge_single(lamp, road.view, {}, {}, track), Verdict::undecided);
+  EXPECT_EQ(judge_single(lamp.before_doubt(), road.view, {}, {}, track), Verdict::vehicle);
+  ASSERT_EQ(track.sightings.size(), 51U);
+  EXPECT_EQ(track.sightings.front().frame, 5);
+  EXPECT_FALSE(track.ambiguous_identity);
+}
+
 TEST(JudgeSingle, ALightThatIsASeenStreakWheneverItIsUnseenIsNoLamp) {
   const Road road;
   Lamp lamp = road.lamp(0, 20, -4.0);
