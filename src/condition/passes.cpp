@@ -94,6 +94,36 @@ std::vector<Stretch> stretches_of(const Light& light) {
   return found;
 }
 
+/// The steepest fall of ln of the light within 0.06 s, after the brightest of a part.
+double steepest_fall(const Light& light, const Stretch& part) {
+  constexpr double kWithin_s = 0.06, kLeast = 0.01;  // of the brightest
+  const double block_s = light.blocks[part.first].duration_s;
+  const auto blocks = static_cast<std::size_t>(std::max(1.0, std::round(kWithin_s / block_s)));
+  const auto at = [&](std::size_t i) { return light.above_w[i]; };
+  std::size_t brightest = part.first;
+  for (std::size_t i = part.first; i <= part.last; ++i)
+    if (at(i) > at(brightest)) brightest = i;
+  const double least_w = std::max(kLeast * at(brightest), kSigmas * light.sigma_w);
+  const std::size_t end = std::min(part.last + 1, light.blocks.size() - 1);
+  double steepest = 0.0;
+  for (std::size_t i = brightest; i < end; ++i)
+    steepest = std::max(steepest, std::log(std::max(at(i), least_w) /
+                                           std::max(at(std::min(i + blocks, end)), least_w)));
+  return steepest;
+}
+
+/// Joins what a vehicle's own beam has parted: near a low photodiode the light falls as its cut-off
+/// goes by, a tenth as steeply as lamps that go out of view do next.
+void join_at_cut_offs(const Light& light, std::vector<Stretch>& parts) {
+  constexpr double kGentle = 0.1;
+  for (std::size_t next = parts.size() - 1; next > 0; --next) {
+    Stretch& part = parts[next - 1];
+    if (!(steepest_fall(light, part) < kGentle * steepest_fall(light, parts[next]))) continue;
+    part.last = parts[next].last;
+    parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(next));
+  }
+}
+
 /// Cuts a stretch at every deep minimum; the minimum itself goes to the later part.
 std::vector<Stretch> parts_of(const Light& light, Stretch whole) {
   std::vector<Stretch> parts;
@@ -116,6 +146,7 @@ std::vector<Stretch> parts_of(const Light& light, Stretch whole) {
     }
   }
   parts.push_back({first, whole.last});
+  join_at_cut_offs(light, parts);
   return parts;
 }
 

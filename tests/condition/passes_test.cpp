@@ -16,13 +16,23 @@ struct Scene {
   double duration_s = 20.0;
   std::vector<double> vehicles_s = {};  ///< when each passes, at 15 m/s, 5 m away
   double flicker_w = 0.0;               ///< of a lamp at 100 Hz
+  bool low_beams = false;               ///< six times as bright until 32 m before, then a fifth
 };
+
+// Near a low photodiode the cut-off goes by: bright far off, dim, and as the law has it at last.
+double low_beam(double along_m) {
+  const auto after = [&](double place_m) {
+    return 1.0 / (1.0 + std::exp((place_m - along_m) / 3.0));
+  };
+  return 6.0 - 5.8 * after(-32.0) + 0.8 * after(-12.0);
+}
 
 double light_w(const Scene& scene, double time_s) {
   double power_w = 0.02 + scene.flicker_w * std::sin(2.0 * kPi * 100.0 * time_s);
   for (const double at_s : scene.vehicles_s) {
     const double along_m = 15.0 * (time_s - at_s);
-    if (along_m < 0.0) power_w += 1.0 / (along_m * along_m + 25.0);
+    if (along_m < 0.0)
+      power_w += (scene.low_beams ? low_beam(along_m) : 1.0) / (along_m * along_m + 25.0);
   }
   return power_w;
 }
@@ -94,6 +104,20 @@ TEST(FindPasses, VehiclesInAQueueAreParted) {
     EXPECT_NEAR(passes[k].peak_s, 8.0 + 1.5 * static_cast<double>(k), 0.03);
   EXPECT_LE(passes[0].to_s, passes[1].from_s + 1e-9);
   EXPECT_LE(passes[1].to_s, passes[2].from_s + 1e-9);
+}
+
+TEST(FindPasses, AVehicleWhoseCutOffGoesByIsOnePass) {
+  Random random(9);
+  for (const double rate_hz : {100.0, 1000.0}) {
+    const auto alone =
+        find_passes(trace_of({.rate_hz = rate_hz, .vehicles_s = {8.0}, .low_beams = true}, random));
+    ASSERT_EQ(alone.size(), 1U) << rate_hz;
+    EXPECT_NEAR(alone[0].peak_s, 8.0, 0.05);
+    EXPECT_LT(alone[0].from_s, 6.0);
+    const auto queue = find_passes(
+        trace_of({.rate_hz = rate_hz, .vehicles_s = {8.0, 10.5, 13.0}, .low_beams = true}, random));
+    EXPECT_EQ(queue.size(), 3U) << rate_hz;
+  }
 }
 
 TEST(FindPasses, TheLightOfThoseBehindIsTold) {
