@@ -18,6 +18,9 @@ struct KnownMotion {
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();
 };
 
+/// Half the distance between the lamps of a pair where nothing is told of it.
+inline constexpr double kHalfPair_m = 0.62;
+
 /// What is known in metres. Each is a normal prior; an absent one says nothing.
 struct MetricPriors {
   std::optional<Uncertain> drop_m;        ///< camera height less lamp height

@@ -63,7 +63,6 @@ Uncertain lateral_from_camera_m(const LaneSite& lane, const Site& site, const La
   const Uncertain prior_m = lane_prior_m(lane);
   const Uncertain& camera_m = site.camera->position_m[1];
   // One lamp stands for its vehicle: it may be either of a pair, or ride anywhere in the lane.
-  constexpr double kHalfPair_m = 0.62;
   double aside_m = 0.0;
   if (!pairs) aside_m = lamps.separation_m ? 0.5 * lamps.separation_m->mean : kHalfPair_m;
   return {prior_m.mean - camera_m.mean, std::hypot(std::hypot(prior_m.std, camera_m.std), aside_m)};

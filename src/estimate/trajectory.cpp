@@ -28,6 +28,12 @@ Eigen::VectorXd by_steps(const Trajectory& trajectory, Of of) {
   return values;
 }
 
+/// One lamp stands for its vehicle, of whose pair it may be the inner or the outer one.
+double off_middle_m(const GeometryProblem& problem) {
+  if (problem.pairs) return 0.0;
+  return problem.priors.separation_m ? 0.5 * problem.priors.separation_m->mean : kHalfPair_m;
+}
+
 }  // namespace
 
 MotionState Trajectory::at(double time_s) const {
@@ -46,10 +52,15 @@ MotionState Trajectory::at(double time_s) const {
       place.x().v, -scale_m.a * by_steps(*this, [&](const auto& step) { return step.way(tau_s); }));
   state.lateral_m = place.y().a + problem.setting.camera_m.y();
   state.over_ground_mps = over_ground.a;
+  double turns_wider_mps = 0.0;
+  if (problem.setting.bend != 0.0) {
+    const double radius_m = scale_m.a * std::exp(fit.parameters[kLogRadius]) * lane_share.a;
+    turns_wider_mps = off_middle_m(problem) / radius_m * over_ground.a;
+  }
   state.speed_std_mps = std::hypot(
       std_of(over_ground.v,
              scale_m.a * by_steps(*this, [&](const auto& step) { return step.beyond_s(tau_s); })),
-      ego.speed_std_mps());
+      ego.speed_std_mps(), turns_wider_mps);
   state.scaled_mps = over_ground.a + lane_share.a * ego.speed_mps(problem.reference_s);
   state.closing_mps = over_ground.a + lane_share.a * ego.speed_mps(time_s);
   const double rate_mps2 =

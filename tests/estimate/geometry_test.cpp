@@ -93,6 +93,28 @@ TEST(Geometry, WorksOnCurves) {
   }
 }
 
+// In a roundabout the outer lamp of a car goes 4 % faster than its middle, and a lone one may be
+// it.
+TEST(Geometry, OneLampOnATightBendMayBeTheOuterOne) {
+  Site site = mast_site(4.0);
+  site.road.kind = RoadKind::curved;
+  site.road.radius_m = Uncertain{20.0, 0.0};
+  site.road.straight_m = 0.0;
+  site.road.turn = Turn::right;
+  site.camera->yaw_rad.mean = -0.3;
+  const Vehicle car{6.0, 0.0, 18.0, -4.0, 0.65, 1.2};
+  View view = kNoiseless;
+  view.to_s = 1.5;
+  const VehicleResult pair = result_of(car, site, view);
+  view.single_lamp = true;
+  const VehicleResult lone = result_of(car, site, view);
+  ASSERT_FALSE(pair.withheld || lone.withheld);
+  const double off = 0.5 * site.lamps.separation_m->mean / (20.0 - 4.0);
+  EXPECT_LT(pair.speed.std_mps, 0.5 * off * pair.speed.speed_mps);
+  EXPECT_GT(lone.speed.std_mps, off * lone.speed.speed_mps);
+  EXPECT_LT(lone.speed.std_mps, 1.5 * off * lone.speed.speed_mps);
+}
+
 TEST(Geometry, OneLampIsEnough) {
   View view = kNoiseless;
   view.single_lamp = true;
