@@ -78,9 +78,15 @@ void warn_of_doubt(std::span<const Trajectory> trajectories, double time_s, Vehi
                             "); its interval covers all of them");
 }
 
-// Whether the lights would drive in a lane of their direction if they were marker lamps on a roof.
+// Whether lights that drive on the edge of the lanes, where no further lane can be, would drive in
+// a lane of their direction if they were marker lamps on a roof.
 bool may_ride_on_a_roof(const Trajectory& trajectory, const Site& site, Direction direction) {
   constexpr double kLowest_m = 2.5, kHighest_m = 4.0, kLeastDrop_m = 0.3, kSigmas = 2.5;
+  constexpr double kNextLane = 0.75;  // of a lane's width, from its centre
+  if (std::ranges::none_of(site.road.lanes, [&](const LaneSite& lane) {
+        return std::abs(trajectory.lateral_m() - lane.lateral_m.mean) < kNextLane * lane.width_m;
+      }))
+    return false;
   const auto& position_m = site.camera->position_m;
   const double drop_m =
       std::exp(trajectory.fit.parameters[kLogScale]) * trajectory.fit.parameters[kDrop];

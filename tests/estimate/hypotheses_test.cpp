@@ -65,20 +65,20 @@ TEST(Hypotheses, ALightAloneInNoLaneIsNoVehicle) {
 }
 
 // At lamp height the two marker lamps, 3.4 m up in the lane, would be 1.2 m apart, 1.9 times as
-// far, as fast and as far aside: 5.7 m, beyond the lane.
-TEST(Hypotheses, APairBesideTheLanesThatMayRideOnARoofInOneIsNone) {
+// far, as fast and as far aside: 4.7 m, on the edge of the lane.
+TEST(Hypotheses, APairOnTheLanesEdgeThatMayRideOnARoofInOneIsNone) {
   constexpr double kTimes = (6.5 - 0.65) / (6.5 - 3.4);
-  const Vehicle on_roof{15.0, 0.0, 60.0, -3.0, 3.4, 1.2 / kTimes};
+  const Vehicle on_roof{15.0, 0.0, 60.0, -2.5, 3.4, 1.2 / kTimes};
   Site site = simulated::mast_site(6.5);
-  site.road.lanes = {{"in", {-3.0, 0.3}, 3.5, Direction::oncoming}};
+  site.road.lanes = {{"in", {-2.5, 0.3}, 3.5, Direction::oncoming}};
   EXPECT_EQ(result_of(on_roof, site, kFewFrames).withheld, Miss::not_on_road);
   // In a lane where it seems to be, it may be what it seems, with the speed of that.
-  site.road.lanes.push_back({"out", {-3.0 * kTimes, 0.3}, 3.5, Direction::oncoming});
+  site.road.lanes.push_back({"out", {-2.5 * kTimes, 0.3}, 3.5, Direction::oncoming});
   const VehicleResult seems = result_of(on_roof, site, kFewFrames);
   ASSERT_FALSE(seems.withheld);
   EXPECT_NEAR(seems.speed.speed_mps, kTimes * 15.0, 2.0 * seems.speed.std_mps);
-  // No lane where it would be on a roof.
-  site.road.lanes = {{"far", {-9.0, 0.3}, 3.5, Direction::oncoming}};
+  // Where there may be a lane that the site does not tell of.
+  site.road.lanes = {{"next", {-1.4, 0.3}, 3.5, Direction::oncoming}};
   EXPECT_FALSE(result_of(on_roof, site, kFewFrames).withheld);
 }
 
