@@ -184,8 +184,10 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   std::vector<PairLook> looks;
   std::vector<double> laterals_m, lateral_sigmas_m, strengths, tail_log_odds;
   int clipped = 0, patches = 0, streaks = 0;
+  // Red ones that wide are bars of LEDs, which run into the lamps at their ends.
+  constexpr double kSurelyRed = 3.0;
   const auto is_patch = [&view](const LampRecord& record, double inverse_depth_per_m) {
-    return record.sighting.saturated_px == 0 &&
+    return record.sighting.saturated_px == 0 && record.tail_log_odds < kSurelyRed &&
            wider_than_a_lamp(record, inverse_depth_per_m, view);
   };
   std::vector<SeenVehicle> seen;

@@ -51,23 +51,27 @@ TEST(JudgeVehicle, AShortTimeAsAPairVouchesForLittleOfALongOneAsALoneLight) {
 }
 
 // Two patches of lit road before a pair of lamps: as level, as far apart, as steady as a pair.
-TEST(JudgeVehicle, LightsWiderThanLampsThatDoNotClipAreLitRoad) {
+TEST(JudgeVehicle, LightsWiderThanLampsThatDoNotClipAreLitRoadUnlessTheyAreRed) {
   const Road road;
+  constexpr double kWhite = -3.0, kRed = 4.0;  // ln of the odds of a tail lamp
   for (const double width_m : {0.8, 1.5})
-    for (const int saturated_px : {0, 40}) {
-      Lamp left = road.lamp(0, 50, -3.4), right = road.lamp(0, 50, -4.6);
-      for (Lamp* lamp : {&left, &right})
-        for (LampRecord& record : lamp->records) {
-          const double range_m = 70.0 - 0.5 * static_cast<double>(record.frame);
-          record.sighting.box = {0, 0, static_cast<int>(width_m * 1400.0 / range_m), 20};
-          record.sighting.saturated_px = saturated_px;
-        }
-      Vehicle vehicle = scene::vehicle_of(left, right, 51);
-      VehicleTrack track;
-      EXPECT_EQ(judge_vehicle(vehicle, road.view, {}, {}, track),
-                width_m > 1.0 && saturated_px == 0 ? Verdict::reflection : Verdict::vehicle)
-          << width_m << " m, " << saturated_px;
-    }
+    for (const int saturated_px : {0, 40})
+      for (const double tail_log_odds : {kWhite, kRed}) {
+        Lamp left = road.lamp(0, 50, -3.4), right = road.lamp(0, 50, -4.6);
+        for (Lamp* lamp : {&left, &right})
+          for (LampRecord& record : lamp->records) {
+            const double range_m = 70.0 - 0.5 * static_cast<double>(record.frame);
+            record.sighting.box = {0, 0, static_cast<int>(width_m * 1400.0 / range_m), 20};
+            record.sighting.saturated_px = saturated_px;
+            record.tail_log_odds = tail_log_odds;
+          }
+        Vehicle vehicle = scene::vehicle_of(left, right, 51);
+        VehicleTrack track;
+        const bool patch = width_m > 1.0 && saturated_px == 0 && tail_log_odds == kWhite;
+        EXPECT_EQ(judge_vehicle(vehicle, road.view, {}, {}, track),
+                  patch ? Verdict::reflection : Verdict::vehicle)
+            << width_m << " m, " << saturated_px << " " << tail_log_odds;
+      }
 }
 
 // To a grey camera tail lamps are as white as headlamps.
