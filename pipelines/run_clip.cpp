@@ -200,9 +200,9 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
     measurement.last_frame_s = seconds_of(frame->time);
     if (frame->damaged) continue;  // what it shows may never have been; a gap does no harm
     BlobFrame found = detector.detect(*frame);
-    measurement.blobs += static_cast<std::int64_t>(found.blobs.size());
     timer.charge("detect");
     std::vector<VehicleTrack> ended = tracker.update(found);
+    measurement.blobs += static_cast<std::int64_t>(found.blobs.size());
     timer.charge("track");
     if (!ended.empty()) {
       measuring.take(std::move(ended), tracker);

@@ -203,7 +203,7 @@ RunOutcome run_pipeline(const RunOptions& options) {
     ClipSource clip(*options.clip, options.clip_options);
     check_site_fits_clip(site, clip.info().width_px, clip.info().height_px);
     const std::vector<PowerTrace> traces = read_traces(options, site, summary);
-    if (!traces.empty()) timer.charge("read");
+    if (options.photodiode) timer.charge("read");
     TracksWriter tracks(options.out / "tracks.csv");
     std::optional<BlobsWriter> blobs;
     if (options.blobs) blobs.emplace(options.out / "blobs.csv");

@@ -101,7 +101,7 @@ void judge_rate(const PowerTrace& trace, const std::string& file, RunSummary& su
   const double rate_hz = 1.0 / trace.sample_period_s;
   if (rate_hz > kLowest_hz * (1.0 - kRounding) && rate_hz < kHighest_hz * (1.0 + kRounding)) return;
   const std::string fault = file + ": " + trace.photodiode_id + " has " +
-                            number_text(0.01 * std::round(100.0 * rate_hz)) +
+                            fixed_text(rate_hz, rate_hz < 1.0 ? 5 : 1) +
                             " samples a second by its stamps, and 100 to 100000 are asked for; "
                             "check that t_s is in seconds";
   if (rate_hz < kFewest_hz) throw InputError(fault);
@@ -167,24 +167,26 @@ std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
     std::vector<PowerTrace> traces = condition(std::move(recording), site);
     warn_of_fall(traces, file, summary);
     std::size_t most_samples = 0;
+    bool in_order = true;
     for (const PowerTrace& trace : traces) {
       summary.counts["samples_used_" + trace.photodiode_id] =
           static_cast<std::int64_t>(trace.time_s.size());
       count_rejected(trace, file, summary);
       count_gaps(trace, file, summary);
       most_samples = std::max(most_samples, trace.time_s.size());
+      in_order &= !trace.fall;
     }
     if (most_samples < 2)
-      throw InputError(
-          file + ": " + std::to_string(most_samples) + " of " +
-          std::to_string(summary.counts["samples_read"]) +
-          " samples can be used, and a speed needs many; " +
-          (summary.warnings.empty() ? "record the trace again" : summary.warnings.back()));
+      throw InputError(file + ": " + std::to_string(most_samples) + " of " +
+                       std::to_string(summary.counts["samples_read"]) +
+                       " samples can be used, and a speed needs many" +
+                       (in_order ? "" : ", for t_s goes back from row to row") +
+                       "; record the trace again");
     warn_of_open_site(traces, site, file, summary);
     leave_out_dead(file, traces, summary);
+    for (const PowerTrace& trace : traces) judge_rate(trace, file, summary);
     for (const PowerTrace& trace : traces) {
       summary.traces.push_back(summary_of(trace));
-      judge_rate(trace, file, summary);
       warn_of_other_mains(trace, site, file, summary);
     }
     return traces;

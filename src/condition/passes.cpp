@@ -94,15 +94,19 @@ std::vector<Stretch> stretches_of(const Light& light) {
   return found;
 }
 
+std::size_t brightest_of(const Light& light, const Stretch& part) {
+  const auto first = light.above_w.begin() + static_cast<std::ptrdiff_t>(part.first);
+  const auto end = light.above_w.begin() + static_cast<std::ptrdiff_t>(part.last) + 1;
+  return static_cast<std::size_t>(std::max_element(first, end) - light.above_w.begin());
+}
+
 /// The steepest fall of ln of the light within 0.06 s, after the brightest of a part.
 double steepest_fall(const Light& light, const Stretch& part) {
   constexpr double kWithin_s = 0.06, kLeast = 0.01;  // of the brightest
   const double block_s = light.blocks[part.first].duration_s;
   const auto blocks = static_cast<std::size_t>(std::max(1.0, std::round(kWithin_s / block_s)));
   const auto at = [&](std::size_t i) { return light.above_w[i]; };
-  std::size_t brightest = part.first;
-  for (std::size_t i = part.first; i <= part.last; ++i)
-    if (at(i) > at(brightest)) brightest = i;
+  const std::size_t brightest = brightest_of(light, part);
   const double least_w = std::max(kLeast * at(brightest), kSigmas * light.sigma_w);
   const std::size_t end = std::min(part.last + 1, light.blocks.size() - 1);
   double steepest = 0.0;
@@ -113,11 +117,14 @@ double steepest_fall(const Light& light, const Stretch& part) {
 }
 
 /// Joins what a vehicle's own beam has parted: near a low photodiode the light falls as its cut-off
-/// goes by, a tenth as steeply as lamps that go out of view do next.
+/// goes by, a tenth as steeply as lamps that go out of view do within 3 s.
 void join_at_cut_offs(const Light& light, std::vector<Stretch>& parts) {
-  constexpr double kGentle = 0.1;
+  constexpr double kGentle = 0.1, kLongest_s = 3.0;
   for (std::size_t next = parts.size() - 1; next > 0; --next) {
     Stretch& part = parts[next - 1];
+    const double apart_s = light.blocks[brightest_of(light, parts[next])].time_s -
+                           light.blocks[brightest_of(light, part)].time_s;
+    if (apart_s > kLongest_s) continue;
     if (!(steepest_fall(light, part) < kGentle * steepest_fall(light, parts[next]))) continue;
     part.last = parts[next].last;
     parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(next));
@@ -183,13 +190,10 @@ PowerPass pass_of(const Light& light, Stretch part) {
   };
   const PowerBlock& first = light.blocks[part.first];
   const PowerBlock& last = light.blocks[part.last];
-  const auto begin = light.above_w.begin();
-  const auto peak = std::max_element(begin + static_cast<std::ptrdiff_t>(part.first),
-                                     begin + static_cast<std::ptrdiff_t>(part.last) + 1);
+  const std::size_t brightest = brightest_of(light, part);
   PowerPass pass{.from_s = first.time_s - 0.5 * first.duration_s,
                  .to_s = last.time_s + 0.5 * last.duration_s,
-                 .peak_s = light.blocks[static_cast<std::size_t>(peak - begin)].time_s};
-  const auto brightest = static_cast<std::size_t>(peak - begin);
+                 .peak_s = light.blocks[brightest].time_s};
   pass.cut_off = ends_after(light, brightest);
   if (!pass.cut_off) pass.others_w = light_after_w(light, brightest);
   if (part.first > 0) pass.from_s = std::max(pass.from_s, middle_s(part.first));

@@ -28,10 +28,25 @@ Eigen::VectorXd by_steps(const Trajectory& trajectory, Of of) {
   return values;
 }
 
-/// One lamp stands for its vehicle, of whose pair it may be the inner or the outer one.
-double off_middle_m(const GeometryProblem& problem) {
-  if (problem.pairs) return 0.0;
-  return problem.priors.separation_m ? 0.5 * problem.priors.separation_m->mean : kHalfPair_m;
+/// By how much the middle of a vehicle that was seen on the arc may drive faster or slower than its
+/// one lamp that is seen, the inner or the outer one of a pair.
+double turns_wider_mps(const Trajectory& one, double over_ground_mps) {
+  const GeometryProblem& problem = one.problem;
+  const PathSetting& setting = problem.setting;
+  if (problem.pairs || setting.bend == 0.0) return 0.0;
+  const PathVector& p = one.fit.parameters;
+  const double scale_m = std::exp(p[kLogScale]);
+  const auto along_m = [&](double time_s) {
+    const double tau_s = time_s - problem.reference_s;
+    return setting.camera_m.x() +
+           scale_m * (1.0 - tau_s * (p[kClosingRate] + 0.5 * tau_s * p[kAcceleration]) -
+                      setting.departed(tau_s));
+  };
+  if (std::max(along_m(one.from_s), along_m(one.to_s)) < setting.straight_m) return 0.0;
+  const double off_middle_m =
+      problem.priors.separation_m ? 0.5 * problem.priors.separation_m->mean : kHalfPair_m;
+  const double radius_m = scale_m * std::exp(p[kLogRadius]) * lane_way_share(p.data(), setting);
+  return off_middle_m / radius_m * over_ground_mps;
 }
 
 }  // namespace
@@ -52,15 +67,10 @@ MotionState Trajectory::at(double time_s) const {
       place.x().v, -scale_m.a * by_steps(*this, [&](const auto& step) { return step.way(tau_s); }));
   state.lateral_m = place.y().a + problem.setting.camera_m.y();
   state.over_ground_mps = over_ground.a;
-  double turns_wider_mps = 0.0;
-  if (problem.setting.bend != 0.0) {
-    const double radius_m = scale_m.a * std::exp(fit.parameters[kLogRadius]) * lane_share.a;
-    turns_wider_mps = off_middle_m(problem) / radius_m * over_ground.a;
-  }
   state.speed_std_mps = std::hypot(
       std_of(over_ground.v,
              scale_m.a * by_steps(*this, [&](const auto& step) { return step.beyond_s(tau_s); })),
-      ego.speed_std_mps(), turns_wider_mps);
+      ego.speed_std_mps(), turns_wider_mps(*this, over_ground.a));
   state.scaled_mps = over_ground.a + lane_share.a * ego.speed_mps(problem.reference_s);
   state.closing_mps = over_ground.a + lane_share.a * ego.speed_mps(time_s);
   const double rate_mps2 =
@@ -71,6 +81,10 @@ MotionState Trajectory::at(double time_s) const {
 
 double Trajectory::lamp_height_m() const {
   return problem.setting.camera_m.z() - std::exp(fit.parameters[kLogScale]) * fit.parameters[kDrop];
+}
+
+double Trajectory::common_std_mps(double time_s) const {
+  return std::hypot(ego.stated_std_mps(), turns_wider_mps(*this, at(time_s).over_ground_mps));
 }
 
 double Trajectory::lateral_m() const {

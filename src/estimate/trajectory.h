@@ -42,6 +42,10 @@ struct Trajectory {
   MotionState at(double time_s) const;
   double lamp_height_m() const;
   double lateral_m() const;
+  /// Part of the speed's sigma that all parts of its track share: the own speed's, as the site
+  /// states it, and on a bend that of a lone lamp, which may be the inner or the outer one of its
+  /// vehicle.
+  double common_std_mps(double time_s) const;
   /// Relative standard deviation of all lengths together: the share of the metric priors.
   double scale_std() const;
   /// Of a quantity with these slopes by the path's parameters and by the sizes of the steps that

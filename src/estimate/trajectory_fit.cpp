@@ -75,7 +75,7 @@ std::optional<VehicleTrack> nearest_part(const VehicleTrack& track, const Site& 
 // What was seen while a trace of the own speed tells it; nothing where that is all.
 std::optional<VehicleTrack> told_part(const VehicleTrack& track, const Site& site) {
   constexpr double kBeyond_s = 0.15;
-  if (!site.ego || site.ego->trace.size() < 2) return std::nullopt;
+  if (!site.ego || site.ego->trace.empty()) return std::nullopt;
   const double from_s = site.ego->trace.front().time_s - kBeyond_s;
   const double to_s = site.ego->trace.back().time_s + kBeyond_s;
   VehicleTrack part = track;
@@ -88,9 +88,10 @@ std::optional<VehicleTrack> told_part(const VehicleTrack& track, const Site& sit
 
 // Yaw rates that turn the own vehicle about as much as the road, but the other way.
 bool turns_against_the_road(const Site& site, const VehicleTrack& track) {
-  constexpr double kLeast_rad = 0.1, kLeastShare = 0.5;
+  constexpr double kLeast_rad = 0.1, kLeastShare = 0.5, kMostShare = 2.0;
   const RoadSite& road = site.road;
-  if (!site.ego || !site.ego->turns_known() || road.kind != RoadKind::curved || !road.radius_m)
+  if (!site.ego || !site.ego->turns_known() || road.kind != RoadKind::curved || !road.radius_m ||
+      road.straight_m > 0.0)
     return false;
   DrivenPose start;
   start.time_s = seconds_of(track.sightings.front().time);
@@ -98,7 +99,8 @@ bool turns_against_the_road(const Site& site, const VehicleTrack& track) {
       EgoMotion(*site.ego, road).driven(start, seconds_of(track.sightings.back().time));
   const double road_rad = bend_of(road) / road.radius_m->mean * end.way_m;
   return std::abs(road_rad) > kLeast_rad && end.heading_rad * road_rad < 0.0 &&
-         std::abs(end.heading_rad) > kLeastShare * std::abs(road_rad);
+         std::abs(end.heading_rad) > kLeastShare * std::abs(road_rad) &&
+         std::abs(end.heading_rad) < kMostShare * std::abs(road_rad);
 }
 
 // Lone lights before a pair may be another vehicle's, or glints: what both lamps were seen in
@@ -187,7 +189,7 @@ Discord discord(const Trajectory& one, const Trajectory& other) {
   const auto told_by = [&](const Trajectory& of) {
     const double speed_mps = of.at(time_s).over_ground_mps;
     const double shape_mps = speed_budget(of, time_s).shape * speed_mps;
-    const double own_mps = of.ego.speed_std_mps();
+    const double own_mps = of.common_std_mps(time_s);
     const double own_shape_mps =
         std::sqrt(std::max(0.0, shape_mps * shape_mps - own_mps * own_mps));
     return PartSpeed{speed_mps, std::max(own_shape_mps, kLeast * std::abs(speed_mps))};
@@ -231,7 +233,9 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& whole, con
                                                   std::vector<std::string>& warnings) {
   const auto told = told_part(whole, site);
   if (told && told->sightings.empty()) {
-    warnings.push_back("the ego trace does not tell the own speed at the time of its track");
+    warnings.push_back(
+        "the ego trace does not tell the own speed while the vehicle is seen; record it over the "
+        "whole clip");
     return Miss::too_few_samples;
   }
   const auto nearest = nearest_part(told ? *told : whole, site);

@@ -78,14 +78,19 @@ void warn_of_doubt(std::span<const Trajectory> trajectories, double time_s, Vehi
                             "); its interval covers all of them");
 }
 
-// Whether lights that drive on the edge of the lanes, where no further lane can be, would drive in
-// a lane of their direction if they were marker lamps on a roof.
+// Whether lights beside the road's outermost lane, where no further lane can be, would drive in a
+// lane of their direction if they were marker lamps on a roof. Between lanes one changes or
+// overtakes.
 bool may_ride_on_a_roof(const Trajectory& trajectory, const Site& site, Direction direction) {
   constexpr double kLowest_m = 2.5, kHighest_m = 4.0, kLeastDrop_m = 0.3, kSigmas = 2.5;
   constexpr double kNextLane = 0.75;  // of a lane's width, from its centre
-  if (std::ranges::none_of(site.road.lanes, [&](const LaneSite& lane) {
-        return std::abs(trajectory.lateral_m() - lane.lateral_m.mean) < kNextLane * lane.width_m;
-      }))
+  const double at_m = trajectory.lateral_m();
+  const auto centre_m = [](const LaneSite& lane) { return lane.lateral_m.mean; };
+  const LaneSite& rightmost = std::ranges::min(site.road.lanes, {}, centre_m);
+  const LaneSite& leftmost = std::ranges::max(site.road.lanes, {}, centre_m);
+  const bool right = at_m<centre_m(rightmost), left = at_m> centre_m(leftmost);
+  const LaneSite& outermost = right ? rightmost : leftmost;
+  if (!(right || left) || std::abs(at_m - centre_m(outermost)) > kNextLane * outermost.width_m)
     return false;
   const auto& position_m = site.camera->position_m;
   const double drop_m =
@@ -93,13 +98,13 @@ bool may_ride_on_a_roof(const Trajectory& trajectory, const Site& site, Directio
   const double low_drop_m = std::max(position_m[2].mean - kHighest_m, kLeastDrop_m);
   const double high_drop_m = position_m[2].mean - kLowest_m;
   if (!(low_drop_m < high_drop_m && high_drop_m < drop_m)) return false;
-  const double aside_m = trajectory.lateral_m() - position_m[1].mean;
+  const double aside_m = at_m - position_m[1].mean;
   const double low_m = aside_m * low_drop_m / drop_m, high_m = aside_m * high_drop_m / drop_m;
   return std::ranges::any_of(site.road.lanes, [&](const LaneSite& lane) {
     const Uncertain lane_m = lane_prior_m(lane);
-    const double centre_m = lane_m.mean - position_m[1].mean, slack_m = kSigmas * lane_m.std;
-    return lane.direction == direction && centre_m + slack_m > std::min(low_m, high_m) &&
-           centre_m - slack_m < std::max(low_m, high_m);
+    const double lane_aside_m = lane_m.mean - position_m[1].mean, slack_m = kSigmas * lane_m.std;
+    return lane.direction == direction && lane_aside_m + slack_m > std::min(low_m, high_m) &&
+           lane_aside_m - slack_m < std::max(low_m, high_m);
   });
 }
 

@@ -111,7 +111,7 @@ double EgoMotion::interpolated(double time_s, double EgoSample::*field) const {
 double EgoMotion::untold_mps(double time_s) const {
   constexpr double kChange_mps2 = 1.0, kSteady_s = 2.0;
   const auto& trace = site_.trace;
-  if (trace.size() < 2) return 0.0;
+  if (trace.empty()) return 0.0;
   if (time_s < trace.front().time_s) return kChange_mps2 * (trace.front().time_s - time_s);
   const auto above = std::ranges::upper_bound(trace, time_s, {}, &EgoSample::time_s);
   if (above == trace.end()) return kChange_mps2 * (time_s - trace.back().time_s);

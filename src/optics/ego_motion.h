@@ -112,6 +112,8 @@ class EgoMotion {
   double speed_std_mps() const {
     return moving_ ? std::hypot(site_.speed_mps.std, untold_mps_) : 0.0;
   }
+  /// The first of the two.
+  double stated_std_mps() const { return moving_ ? site_.speed_mps.std : 0.0; }
   EgoDeviation deviation(double reference_s, double time_s) const;
   /// As yaw rates tell it: over some seconds about `reference_s` one drives along the road for the
   /// most part. Without them one heads to and fro within the lane, and what is watched at about

@@ -8,4 +8,7 @@ namespace vildar {
 /// [-0.5, 0.5]; (0, 0), as of a grey picture, is a headlamp's. Source: docs/tracking.md.
 double tail_lamp_log_odds(double cr, double cb);
 
+/// Above this nothing but a tail lamp is that red.
+inline constexpr double kSurelyRed = 3.0;
+
 }  // namespace vildar

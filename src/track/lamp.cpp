@@ -129,6 +129,7 @@ void Lamp::carry(const Eigen::Vector2d& moved_px, const Eigen::Vector2d& speed_c
 
 void Lamp::start_anew(CameraTime time, int paired) {
   records.clear();
+  set_aside.clear();
   paired_sightings += std::min(paired, sightings_);
   head_votes_ = tail_votes_ = sightings_ = 0;
   red = lamp_like = RunningShare{};
@@ -155,11 +156,11 @@ Lamp Lamp::before_doubt() const {
   earlier.first_time_ = set_aside.front().time;
   earlier.last_time_ = set_aside.back().time;
   earlier.last_frame_ = set_aside.back().frame;
-  earlier.sightings_ = static_cast<int>(set_aside.size());
   return earlier;
 }
 
 void Lamp::leave_to_pair(std::vector<LampRecord>::const_iterator first) {
+  set_aside.clear();
   paired_sightings += static_cast<int>(first - records.cbegin());
   records.erase(records.cbegin(), first);
   sightings_ = static_cast<int>(records.size());

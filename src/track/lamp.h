@@ -90,7 +90,8 @@ class Lamp {
   /// `paired` sightings were as one of a pair.
   void start_anew(CameraTime time, int paired);
 
-  /// Sets the records from before that time aside: of all set aside the most of one time are held.
+  /// Sets the records from before that time aside; of what was set aside the longest stretch is
+  /// kept.
   void set_aside_before(CameraTime time);
   /// As it was when it left the records that are set aside.
   Lamp before_doubt() const;
@@ -117,12 +118,12 @@ class Lamp {
   int sightings() const { return sightings_; }
 
   std::vector<LampRecord> records;
-  std::vector<LampRecord> set_aside;
-  RunningShare red;        ///< has the colour of a tail lamp, however dim
-  RunningShare lamp_like;  ///< shines like a lamp, not like something lit
-  RunningShare above;      ///< stands above where a lamp on the road can
-  RunningShare mirrored;   ///< looks like the road reflection of another lamp
-  RunningShare reflected;  ///< that, or was unseen where a streak was
+  std::vector<LampRecord> set_aside;  ///< from before a doubtful step
+  RunningShare red;                   ///< has the colour of a tail lamp, however dim
+  RunningShare lamp_like;             ///< shines like a lamp, not like something lit
+  RunningShare above;                 ///< stands above where a lamp on the road can
+  RunningShare mirrored;              ///< looks like the road reflection of another lamp
+  RunningShare reflected;             ///< that, or was unseen where a streak was
   RunningShare below;  ///< in the column below another lamp, moves along with it, and is not its
                        ///< mirror image
   RunningShare on_vehicle;  ///< moves as a part of a vehicle that has its two lamps already

@@ -9,9 +9,12 @@
 #include <Eigen/LU>
 
 #include "core/quantity.h"
+#include "core/robust_line.h"
 
 namespace vildar {
 namespace {
+
+constexpr double kLowest_m = 0.3, kHighest_m = 1.6;  // lamps of anything that drives
 
 // Where a light would stand that the camera drives by, from the camera.
 struct StandingPlace {
@@ -24,11 +27,15 @@ struct Look {
   Eigen::Vector2d bearing;  ///< left and up, over depth
 };
 
-// Evenly out of all: more tell no more, for errors of neighbouring frames are alike.
-std::vector<Look> looks_of(const std::vector<LampRecord>& records, const RoadView& view) {
+// Every so many of all: more tell no more, for errors of neighbouring frames are alike.
+std::size_t looked_at_every(const std::vector<LampRecord>& records) {
   constexpr std::size_t kMost = 80;
+  return (records.size() + kMost - 1) / kMost;
+}
+
+std::vector<Look> looks_of(const std::vector<LampRecord>& records, const RoadView& view) {
   std::vector<Look> looks;
-  const std::size_t every = (records.size() + kMost - 1) / kMost;
+  const std::size_t every = looked_at_every(records);
   double driven_m = 0.0;
   for (std::size_t i = records.size(); i-- > 0;) {
     const double time_s = seconds_of(records[i].time);
@@ -110,8 +117,7 @@ std::optional<StandingPlace> standing_place(const std::vector<Look>& looks, cons
 bool comes_in_a_lane(const std::vector<LampRecord>& records, const RoadView& view) {
   constexpr double kSigmas = 2.5, kKerb_m = 0.5;
   constexpr double kSlowest_mps = 3.0, kFastest_mps = 70.0;
-  constexpr double kLowest_m = 0.3, kHighest_m = 1.6;  // lamps of anything that drives
-  constexpr double kWithinLane_m = 0.6;                // two sigmas of where in it vehicles drive
+  constexpr double kWithinLane_m = 0.6;  // two sigmas of where in it vehicles drive
   if (records.size() < 8 || view.bends()) return false;
   const std::vector<Look> looks = looks_of(records, view);
   const auto standing = standing_place(looks, view);
@@ -136,6 +142,48 @@ bool comes_in_a_lane(const std::vector<LampRecord>& records, const RoadView& vie
     if (drives_mps > std::max(kSlowest_mps, sigma_mps) && drives_mps < kFastest_mps &&
         up_m + slack_m > kLowest_m && up_m - slack_m < kHighest_m)
       return true;
+  }
+  return false;
+}
+
+bool passes_in_a_lane(const std::vector<LampRecord>& records, LampKind kind, const RoadView& view) {
+  constexpr std::size_t kFewest = 8;
+  constexpr double kLeastAside_m = 2.0, kNearest_m = 3.0, kFarthest_m = 150.0, kTimesNearer = 1.33;
+  constexpr double kSlowest_mps = 3.0, kFastest_mps = 70.0, kMostOff_px = 3.0, kSigmas = 2.5;
+  if (records.size() < kFewest || view.bends() || view.moving_sensor()) return false;
+  const bool goes = kind == LampKind::taillamp;
+  std::vector<double> times_s;
+  std::vector<Eigen::Vector2d> bearings;
+  for (std::size_t i = 0; i < records.size(); i += looked_at_every(records)) {
+    times_s.push_back(seconds_of(records[i].time));
+    bearings.push_back(view.bearing(records[i].at_px));
+  }
+  for (const double lane_m :
+       view.lane_centres_m(goes ? Direction::receding : Direction::oncoming)) {
+    const double aside_m = lane_m - view.camera_lateral_m();
+    if (std::abs(aside_m) < kLeastAside_m) continue;
+    std::vector<double> ahead_m;
+    for (const Eigen::Vector2d& bearing : bearings) {
+      const double at_m = aside_m / bearing.x();
+      const double up_m = view.camera_height_m() + bearing.y() * at_m;
+      const double slack_m = kSigmas * view.slope_sigma(0.0) * at_m;
+      if (!(at_m > kNearest_m && at_m < kFarthest_m) || up_m + slack_m < kLowest_m ||
+          up_m - slack_m > kHighest_m)
+        break;
+      ahead_m.push_back(at_m);
+    }
+    if (ahead_m.size() < bearings.size()) continue;
+    const auto [nearest, farthest] = std::ranges::minmax_element(ahead_m);
+    const RobustLine way = least_deviations_line(times_s, ahead_m);
+    const double drives_mps = (goes ? 1.0 : -1.0) * way.slope;
+    if (*farthest < kTimesNearer * *nearest || drives_mps < kSlowest_mps ||
+        drives_mps > kFastest_mps)
+      continue;
+    double sum_px2 = 0.0;
+    for (std::size_t i = 0; i < ahead_m.size(); ++i)
+      sum_px2 +=
+          std::pow(view.focal_px() * aside_m * (1.0 / way.at(times_s[i]) - 1.0 / ahead_m[i]), 2);
+    if (sum_px2 < kMostOff_px * kMostOff_px * static_cast<double>(ahead_m.size())) return true;
   }
   return false;
 }

@@ -354,7 +354,10 @@ void Tracker::Impl::forget_ended(CameraTime now) {
       return before(other->past_left) || before(other->past_right);
     };
     return seconds_of(now) - seconds_of(last) > kLongest_s ||
-           (std::ranges::none_of(lamps_, [&](const auto& lamp) { return before(lamp->records); }) &&
+           (std::ranges::none_of(lamps_,
+                                 [&](const auto& lamp) {
+                                   return before(lamp->records) || before(lamp->set_aside);
+                                 }) &&
             std::ranges::none_of(vehicles_, before_it) &&
             std::ranges::none_of(waiting_, before_it));
   });
@@ -461,7 +464,10 @@ std::optional<CameraTime> Tracker::Impl::live_since() const {
       oldest = records.front().time;
   };
   for (const auto& lamp : lamps_)
-    if (lamp->vehicle || !lamp->fixed) consider(lamp->records);
+    if (lamp->vehicle || !lamp->fixed) {
+      consider(lamp->records);
+      consider(lamp->set_aside);
+    }
   for (const auto* vehicles : {&vehicles_, &waiting_})
     for (const auto& vehicle : *vehicles) {
       consider(vehicle->past_left);

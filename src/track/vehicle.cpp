@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/median.h"
+#include "optics/lamp_colour.h"
 #include "track/lamp_way.h"
 #include "track/lone_course.h"
 #include "track/lone_light.h"
@@ -184,10 +185,15 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   std::vector<PairLook> looks;
   std::vector<double> laterals_m, lateral_sigmas_m, strengths, tail_log_odds;
   int clipped = 0, patches = 0, streaks = 0;
-  // Red ones that wide are bars of LEDs, which run into the lamps at their ends.
-  constexpr double kSurelyRed = 3.0;
-  const auto is_patch = [&view](const LampRecord& record, double inverse_depth_per_m) {
-    return record.sighting.saturated_px == 0 && record.tail_log_odds < kSurelyRed &&
+  // Flat red ones are bars of LEDs, which run into the lamps at their ends.
+  const auto is_bar = [](const LampRecord& record) {
+    constexpr double kFlat = 0.2;
+    const PixelBox& box = record.sighting.box;
+    return record.tail_log_odds > kSurelyRed &&
+           box.v_max - box.v_min + 1.0 < kFlat * (box.u_max - box.u_min + 1.0);
+  };
+  const auto is_patch = [&](const LampRecord& record, double inverse_depth_per_m) {
+    return record.sighting.saturated_px == 0 && !is_bar(record) &&
            wider_than_a_lamp(record, inverse_depth_per_m, view);
   };
   std::vector<SeenVehicle> seen;
@@ -264,11 +270,11 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   // that are not white for sure: clipping whitens tail lamps, indicators are amber. From one that
   // moves, those of a vehicle ahead still do not come nearer.
   if (track.direction_contradicts) {
-    constexpr double kWhite = -2.0;
-    const bool white = median(tail_log_odds) < kWhite;
-    if (view.moving_sensor() && (vehicle.kind != LampKind::headlamp || white))
+    constexpr double kWhitened = -2.0, kNotWhite = -1.2;  // warm white headlamps have -1.8
+    const double tail = median(tail_log_odds);
+    if (view.moving_sensor() && (vehicle.kind != LampKind::headlamp || tail < kWhitened))
       return Verdict::undecided;
-    if (!white || lights.colourless()) {
+    if (view.moving_sensor() || tail > kNotWhite || lights.colourless()) {
       track.kind = LampKind::taillamp;
       track.direction_contradicts = motion_contradicts(looks, track.kind, view);
     }
@@ -348,10 +354,12 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
     return Verdict::undecided;
   const bool comes = view.moving_sensor() && lamp.kind() == LampKind::headlamp &&
                      comes_in_a_lane(lamp.records, view);
-  if (!comes && 2 * below < held) return Verdict::undecided;
+  const bool level = 2 * below < held;  // with the camera, or nearly so
+  const bool passes = level && !comes && passes_in_a_lane(lamp.records, lamp.kind(), view);
+  if (level && !comes && !passes) return Verdict::undecided;
   const double closing_mps = -slope_of(times_s, along_m);
   const double ego_mps = view.ego_speed_mps(times_s.front());
-  if (!comes) {
+  if (!comes && !passes) {
     const double moved_m = std::abs(closing_mps) * (times_s.back() - times_s.front());
     if (view.moving_sensor()) {
       // A standing light at another height seems to move; only a lane tells it from a vehicle.
@@ -364,14 +372,16 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
     if (beside_the_road(laterals_m, lateral_sigmas_m, view)) return Verdict::off_road;
   }
 
-  const bool leaves = !comes && closing_mps + kSlow_mps < ego_mps;
+  const bool leaves =
+      passes ? lamp.kind() == LampKind::taillamp : !comes && closing_mps + kSlow_mps < ego_mps;
   track.kind =
       leaves && !view.moving_sensor() && lights.colourless() ? LampKind::taillamp : lamp.kind();
   track.direction = track.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;
   track.single_lamp = true;
   track.ambiguous_identity = lamp.doubtful_at && *lamp.doubtful_at >= lamp.records.front().time;
   track.direction_contradicts =
-      track.direction == Direction::oncoming ? leaves : closing_mps - kSlow_mps > ego_mps;
+      !passes &&
+      (track.direction == Direction::oncoming ? leaves : closing_mps - kSlow_mps > ego_mps);
   if (view.moving_sensor() && track.direction_contradicts) return Verdict::undecided;
   return Verdict::vehicle;
 }

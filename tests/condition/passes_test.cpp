@@ -120,6 +120,20 @@ TEST(FindPasses, AVehicleWhoseCutOffGoesByIsOnePass) {
   }
 }
 
+// The first turns off 20 m before the photodiode: its light fades as gently as by a cut-off.
+TEST(FindPasses, OneThatTurnsOffIsNotThatWhichComesNext) {
+  Random random(10);
+  PowerTrace trace = trace_of({.vehicles_s = {12.0}}, random);
+  for (std::size_t i = 0; i < trace.time_s.size(); ++i) {
+    const double along_m = 15.0 * (8.0 - trace.time_s[i]);
+    const double seen = 1.0 / (1.0 + std::exp((trace.time_s[i] - 6.8) / 0.15));
+    trace.power_w[i] += static_cast<float>(seen / (along_m * along_m + 25.0));
+  }
+  set_noise(trace);
+  set_ambient(trace);
+  EXPECT_EQ(find_passes(trace).size(), 2U);
+}
+
 TEST(FindPasses, TheLightOfThoseBehindIsTold) {
   Random random(7);
   const std::vector<PowerPass> passes = find_passes(trace_of({.vehicles_s = {8.0, 10.0}}, random));

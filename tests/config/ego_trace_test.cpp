@@ -43,8 +43,13 @@ TEST(EgoTrace, IsReadBesideTheSite) {
     EXPECT_NE(fault_of(trace).find(place + line + ":"), std::string::npos) << trace;
   // Kilometres an hour, braking by 3 m/s^2; degrees a second.
   EXPECT_NE(fault_of(header + "0,180\n").find("out of range"), std::string::npos);
-  EXPECT_NE(fault_of(header + "0,60\n0.7,52.4\n1.4,44.9\n2.1,37.3\n2.8,29.8\n").find("km/h"),
+  EXPECT_NE(
+      fault_of(header + "0,60\n0.7,52.4\n1.4,44.9\n2.1,37.3\n2.8,29.8\n").find("than tyres give"),
+      std::string::npos);
+  // A spike, and samples far apart.
+  EXPECT_NE(fault_of(header + "0,16\n0.1,16\n0.2,54\n0.3,16\n").find(place + "4:"),
             std::string::npos);
+  EXPECT_NE(fault_of(header + "0,57.6\n5,0\n10,90\n").find("than tyres give"), std::string::npos);
   EXPECT_NE(fault_of("t_s,speed_mps,yaw_rate_rad_per_s\n0,15,2\n").find("degrees"),
             std::string::npos);
   EXPECT_NE(fault_of("").find("no header"), std::string::npos);

@@ -66,7 +66,7 @@ TEST(Hypotheses, ALightAloneInNoLaneIsNoVehicle) {
 
 // At lamp height the two marker lamps, 3.4 m up in the lane, would be 1.2 m apart, 1.9 times as
 // far, as fast and as far aside: 4.7 m, on the edge of the lane.
-TEST(Hypotheses, APairOnTheLanesEdgeThatMayRideOnARoofInOneIsNone) {
+TEST(Hypotheses, APairBesideTheLanesThatMayRideOnARoofInOneIsNone) {
   constexpr double kTimes = (6.5 - 0.65) / (6.5 - 3.4);
   const Vehicle on_roof{15.0, 0.0, 60.0, -2.5, 3.4, 1.2 / kTimes};
   Site site = simulated::mast_site(6.5);
@@ -77,6 +77,12 @@ TEST(Hypotheses, APairOnTheLanesEdgeThatMayRideOnARoofInOneIsNone) {
   const VehicleResult seems = result_of(on_roof, site, kFewFrames);
   ASSERT_FALSE(seems.withheld);
   EXPECT_NEAR(seems.speed.speed_mps, kTimes * 15.0, 2.0 * seems.speed.std_mps);
+  // Between lanes, or in one of the other way.
+  site.road.lanes = {{"in", {-2.5, 0.3}, 3.5, Direction::oncoming},
+                     {"out", {-7.0, 0.3}, 3.5, Direction::oncoming}};
+  EXPECT_FALSE(result_of(on_roof, site, kFewFrames).withheld);
+  site.road.lanes[1] = {"back", {-4.7, 0.3}, 3.5, Direction::receding};
+  EXPECT_FALSE(result_of(on_roof, site, kFewFrames).withheld);
   // Where there may be a lane that the site does not tell of.
   site.road.lanes = {{"next", {-1.4, 0.3}, 3.5, Direction::oncoming}};
   EXPECT_FALSE(result_of(on_roof, site, kFewFrames).withheld);

@@ -87,13 +87,31 @@ TEST(LampParts, TwoLampsStayTwo) {
   EXPECT_EQ(joined({part, other}, site).blobs.size(), 2u);
 }
 
-// From a dashboard the elevation of lamps hardly tells their depth: 10 px may be 0.1 m or a pair.
+// Five LEDs 0.2 m apart are wider than a lamp.
+TEST(LampParts, ARowOfLightsWiderThanALampIsNotOne) {
+  const Site site = site_at(5.0);
+  std::vector<Blob> blobs;
+  for (int i = 0; i < 5; ++i) blobs.push_back(light_at(pixel_of(site, 20.0, -3.0 - 0.2 * i, 0.75)));
+  const BlobFrame frame = joined(blobs, site);
+  EXPECT_GT(frame.blobs.size(), 1u);
+  for (const Blob& blob : frame.blobs)
+    EXPECT_LT(blob.box.u_max - blob.box.u_min, 0.5 / 20.0 * kFocal_px);
+}
+
+// From a dashboard the elevation of lamps hardly tells their depth. Here the camera looks up by
+// more than the site says: 300 m away a pair of 6 px stands as low as at 60 m, where that were 0.24
+// m.
 TEST(LampParts, AFarPairBeforeALowCameraStaysAPair) {
-  Site site = site_at(1.0);
-  site.camera->pitch_rad.std = 0.003;
-  const Blob left = light_at(pixel_of(site, 200.0, -2.4, 0.75));
-  const Blob right = light_at(pixel_of(site, 200.0, -3.6, 0.75));
-  EXPECT_EQ(joined({left, right}, site).blobs.size(), 2u);
+  Site told = site_at(1.0);
+  Site truth = told;
+  truth.camera->pitch_rad.mean += 0.0035;
+  const Blob left = light_at(pixel_of(truth, 300.0, -2.4, 0.75));
+  const Blob right = light_at(pixel_of(truth, 300.0, -3.6, 0.75));
+  for (const double pitch_std_rad : {0.0, 0.0035}) {
+    told.camera->pitch_rad.std = pitch_std_rad;
+    told.lamps.height_m = Uncertain{0.75, pitch_std_rad > 0.0 ? 0.1 : 0.0};
+    EXPECT_EQ(joined({left, right}, told).blobs.size(), pitch_std_rad > 0.0 ? 2u : 1u);
+  }
 }
 
 }  // namespace

@@ -51,27 +51,31 @@ TEST(JudgeVehicle, AShortTimeAsAPairVouchesForLittleOfALongOneAsALoneLight) {
 }
 
 // Two patches of lit road before a pair of lamps: as level, as far apart, as steady as a pair.
-TEST(JudgeVehicle, LightsWiderThanLampsThatDoNotClipAreLitRoadUnlessTheyAreRed) {
+TEST(JudgeVehicle, LightsWiderThanLampsThatDoNotClipAreLitRoadUnlessTheyAreRedBars) {
   const Road road;
   constexpr double kWhite = -3.0, kRed = 4.0;  // ln of the odds of a tail lamp
   for (const double width_m : {0.8, 1.5})
     for (const int saturated_px : {0, 40})
-      for (const double tail_log_odds : {kWhite, kRed}) {
-        Lamp left = road.lamp(0, 50, -3.4), right = road.lamp(0, 50, -4.6);
-        for (Lamp* lamp : {&left, &right})
-          for (LampRecord& record : lamp->records) {
-            const double range_m = 70.0 - 0.5 * static_cast<double>(record.frame);
-            record.sighting.box = {0, 0, static_cast<int>(width_m * 1400.0 / range_m), 20};
-            record.sighting.saturated_px = saturated_px;
-            record.tail_log_odds = tail_log_odds;
-          }
-        Vehicle vehicle = scene::vehicle_of(left, right, 51);
-        VehicleTrack track;
-        const bool patch = width_m > 1.0 && saturated_px == 0 && tail_log_odds == kWhite;
-        EXPECT_EQ(judge_vehicle(vehicle, road.view, {}, {}, track),
-                  patch ? Verdict::reflection : Verdict::vehicle)
-            << width_m << " m, " << saturated_px << " " << tail_log_odds;
-      }
+      for (const double tail_log_odds : {kWhite, kRed})
+        for (const double flatness : {0.1, 0.4}) {
+          Lamp left = road.lamp(0, 50, -3.4), right = road.lamp(0, 50, -4.6);
+          for (Lamp* lamp : {&left, &right})
+            for (LampRecord& record : lamp->records) {
+              const double range_m = 70.0 - 0.5 * static_cast<double>(record.frame);
+              const double width_px = width_m * 1400.0 / range_m;
+              record.sighting.box = {0, 0, static_cast<int>(width_px),
+                                     static_cast<int>(flatness * width_px)};
+              record.sighting.saturated_px = saturated_px;
+              record.tail_log_odds = tail_log_odds;
+            }
+          Vehicle vehicle = scene::vehicle_of(left, right, 51);
+          VehicleTrack track;
+          const bool bar = tail_log_odds == kRed && flatness == 0.1;
+          const bool patch = width_m > 1.0 && saturated_px == 0 && !bar;
+          EXPECT_EQ(judge_vehicle(vehicle, road.view, {}, {}, track),
+                    patch ? Verdict::reflection : Verdict::vehicle)
+              << width_m << " m, " << saturated_px << " " << tail_log_odds << " " << flatness;
+        }
 }
 
 // To a grey camera tail lamps are as white as headlamps.
@@ -96,7 +100,8 @@ TEST(JudgeVehicle, AmongLightsThatAreNotWhiteTheMotionTellsTheDirection) {
   const Road road;
   const double kAmber = tail_lamp_log_odds(0.14, -0.29), kRed = tail_lamp_log_odds(0.12, -0.05);
   const double kWhite = tail_lamp_log_odds(0.012, -0.015);
-  for (const double blinks : {kAmber, kWhite}) {
+  const double kWarmWhite = tail_lamp_log_odds(0.0, -0.08);
+  for (const double blinks : {kAmber, kWhite, kWarmWhite}) {
     Lamp left = road.lamp(0, 50, -3.4), right = road.lamp(0, 50, -4.6);
     for (Lamp* lamp : {&left, &right}) {
       drive_away(*lamp);
@@ -106,7 +111,7 @@ TEST(JudgeVehicle, AmongLightsThatAreNotWhiteTheMotionTellsTheDirection) {
     Vehicle vehicle = scene::vehicle_of(left, right, 51);
     VehicleTrack track;
     ASSERT_EQ(judge_vehicle(vehicle, road.view, {}, {}, track), Verdict::vehicle);
-    EXPECT_EQ(track.direction_contradicts, blinks == kWhite);
+    EXPECT_EQ(track.direction_contradicts, blinks != kAmber);
     EXPECT_EQ(track.direction, blinks == kAmber ? Direction::receding : Direction::oncoming);
   }
 }
@@ -181,6 +186,8 @@ TEST(JudgeSingle, ALampKeepsItsLongestTimeWithoutADoubt) {
   ASSERT_EQ(track.sightings.size(), 51U);
   EXPECT_EQ(track.sightings.front().frame, 5);
   EXPECT_FALSE(track.ambiguous_identity);
+  lamp.start_anew(Road::time_at(60), 0);
+  EXPECT_TRUE(lamp.set_aside.empty());
 }
 
 TEST(JudgeSingle, ALightThatIsASeenStreakWheneverItIsUnseenIsNoLamp) {

@@ -1,0 +1,74 @@
+#include "track/lone_oncoming.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "optics/camera.h"
+#include "scene.h"
+
+namespace vildar {
+namespace {
+
+// A camera on a tripod, 1.3 m up, beside a lane either way.
+Site site() {
+  Site made = scene::site_of(1.3, 0.0, 1400.0, 1920, 1080);
+  made.camera->pitch_rad.std = 0.002;
+  made.road.lanes = {{"in", {3.5, 0.3}, 3.5, Direction::oncoming},
+                     {"out", {-4.5, 0.3}, 3.5, Direction::receding}};
+  return made;
+}
+
+std::vector<LampRecord> seen(const Site& site, double lateral_m, double up_m,
+                             const std::function<double(double)>& ahead_m) {
+  const Camera camera(*site.camera);
+  const RoadView view(site);
+  std::vector<LampRecord> records;
+  for (int frame = 0; frame < 60; ++frame) {
+    const double time_s = 0.04 * frame;
+    LampRecord& record = records.emplace_back();
+    record.time = time_from_seconds<CameraTime>(time_s);
+    record.at_px = *view.spot_from_pixel(*camera.project({ahead_m(time_s), lateral_m, up_m}));
+  }
+  return records;
+}
+
+bool passes(const std::vector<LampRecord>& records, LampKind kind) {
+  return passes_in_a_lane(records, kind, RoadView(site()));
+}
+
+TEST(PassesInALane, AMotorcycleLevelWithTheCameraDoes) {
+  for (const double up_m : {0.8, 1.2}) {
+    EXPECT_TRUE(passes(seen(site(), 3.5, up_m, [](double t_s) { return 45.0 - 10.0 * t_s; }),
+                       LampKind::headlamp));
+    EXPECT_TRUE(passes(seen(site(), -4.5, up_m, [](double t_s) { return 12.0 + 10.0 * t_s; }),
+                       LampKind::taillamp));
+  }
+}
+
+TEST(PassesInALane, WhatStandsOrGoesTheOtherWayOrIsHighUpDoesNot) {
+  const auto comes = [](double t_s) { return 45.0 - 10.0 * t_s; };
+  const auto goes = [](double t_s) { return 12.0 + 10.0 * t_s; };
+  EXPECT_FALSE(passes(seen(site(), 3.5, 0.8, [](double) { return 30.0; }), LampKind::headlamp));
+  EXPECT_FALSE(passes(seen(site(), 3.5, 0.8, goes), LampKind::headlamp));
+  EXPECT_FALSE(passes(seen(site(), -4.5, 0.8, comes), LampKind::headlamp));
+  EXPECT_FALSE(passes(seen(site(), 3.5, 4.0, comes), LampKind::headlamp));
+  // To and fro as if it turned round.
+  EXPECT_FALSE(
+      passes(seen(site(), 3.5, 0.8, [](double t_s) { return 20.0 + 15.0 * std::abs(t_s - 1.2); }),
+             LampKind::headlamp));
+}
+
+TEST(PassesInALane, FewLooksAndBendsTellNothing) {
+  std::vector<LampRecord> records =
+      seen(site(), 3.5, 0.8, [](double t_s) { return 45.0 - 10.0 * t_s; });
+  Site bend = site();
+  bend.road.kind = RoadKind::curved;
+  bend.road.radius_m = Uncertain{200.0, 0.0};
+  EXPECT_FALSE(passes_in_a_lane(records, LampKind::headlamp, RoadView(bend)));
+  records.resize(7);
+  EXPECT_FALSE(passes(records, LampKind::headlamp));
+}
+
+}  // namespace
+}  // namespace vildar
