@@ -83,15 +83,15 @@ void warn_of_doubt(std::span<const Trajectory> trajectories, double time_s, Vehi
 // overtakes.
 bool may_ride_on_a_roof(const Trajectory& trajectory, const Site& site, Direction direction) {
   constexpr double kLowest_m = 2.5, kHighest_m = 4.0, kLeastDrop_m = 0.3, kSigmas = 2.5;
-  constexpr double kNextLane = 0.75;  // of a lane's width, from its centre
+  constexpr double kInLane = 0.35, kNextLane = 0.75;  // of a lane's width, from its centre
   const double at_m = trajectory.lateral_m();
   const auto centre_m = [](const LaneSite& lane) { return lane.lateral_m.mean; };
   const LaneSite& rightmost = std::ranges::min(site.road.lanes, {}, centre_m);
   const LaneSite& leftmost = std::ranges::max(site.road.lanes, {}, centre_m);
-  const bool right = at_m<centre_m(rightmost), left = at_m> centre_m(leftmost);
-  const LaneSite& outermost = right ? rightmost : leftmost;
-  if (!(right || left) || std::abs(at_m - centre_m(outermost)) > kNextLane * outermost.width_m)
-    return false;
+  const double right_m = centre_m(rightmost) - at_m, left_m = at_m - centre_m(leftmost);
+  const LaneSite& outermost = right_m > left_m ? rightmost : leftmost;
+  const double beside = std::max(right_m, left_m) / outermost.width_m;
+  if (beside < kInLane || beside > kNextLane) return false;
   const auto& position_m = site.camera->position_m;
   const double drop_m =
       std::exp(trajectory.fit.parameters[kLogScale]) * trajectory.fit.parameters[kDrop];

@@ -80,12 +80,12 @@ TEST(Hypotheses, APairBesideTheLanesThatMayRideOnARoofInOneIsNone) {
   // Between lanes, or in one of the other way.
   site.road.lanes = {{"in", {-2.5, 0.3}, 3.5, Direction::oncoming},
                      {"out", {-7.0, 0.3}, 3.5, Direction::oncoming}};
-  EXPECT_FALSE(result_of(on_roof, site, kFewFrames).withheld);
+  EXPECT_NE(result_of(on_roof, site, kFewFrames).withheld, Miss::not_on_road);
   site.road.lanes[1] = {"back", {-4.7, 0.3}, 3.5, Direction::receding};
-  EXPECT_FALSE(result_of(on_roof, site, kFewFrames).withheld);
+  EXPECT_NE(result_of(on_roof, site, kFewFrames).withheld, Miss::not_on_road);
   // Where there may be a lane that the site does not tell of.
   site.road.lanes = {{"next", {-1.4, 0.3}, 3.5, Direction::oncoming}};
-  EXPECT_FALSE(result_of(on_roof, site, kFewFrames).withheld);
+  EXPECT_NE(result_of(on_roof, site, kFewFrames).withheld, Miss::not_on_road);
 }
 
 TEST(Hypotheses, ClassesThatCannotBeToldApartBothLieInTheInterval) {
