@@ -95,6 +95,10 @@ class Lamp {
   void set_aside_before(CameraTime time);
   /// As it was when it left the records that are set aside.
   Lamp before_doubt() const;
+  /// The first of all records that are held, set aside or not; null where none is.
+  const LampRecord* oldest() const {
+    return !set_aside.empty() ? &set_aside.front() : !records.empty() ? &records.front() : nullptr;
+  }
 
   const Eigen::Vector2d& at_px() const { return at_px_; }
   const Eigen::Vector2d& velocity_pxps() const { return velocity_pxps_; }

@@ -124,8 +124,8 @@ void Tracker::Impl::find_turn(const BlobFrame& now) {
     const bool stands =
         !lamp->vehicle &&
         (drive_attitude_ ? above : lamp->fixed && (above || lamp->lived_s() > kLong_s));
-    for (const auto* seen : {&lamp->records, &lamp->set_aside})
-      if (!stands && !seen->empty()) oldest = std::min(oldest, seen->front().frame);
+    if (const LampRecord* first = lamp->oldest(); first && !stands)
+      oldest = std::min(oldest, first->frame);
     if (!stands || !lamp->seen_at(frame)) continue;
     const auto [entry, is_new] = standing_.try_emplace(lamp.get(), next_standing_);
     next_standing_ += is_new;
@@ -353,11 +353,11 @@ void Tracker::Impl::forget_ended(CameraTime now) {
     const auto before_it = [&](const auto& other) {
       return before(other->past_left) || before(other->past_right);
     };
+    const auto seen_before = [&](const auto& lamp) {
+      return lamp->oldest() && lamp->oldest()->time < last;
+    };
     return seconds_of(now) - seconds_of(last) > kLongest_s ||
-           (std::ranges::none_of(lamps_,
-                                 [&](const auto& lamp) {
-                                   return before(lamp->records) || before(lamp->set_aside);
-                                 }) &&
+           (std::ranges::none_of(lamps_, seen_before) &&
             std::ranges::none_of(vehicles_, before_it) &&
             std::ranges::none_of(waiting_, before_it));
   });
@@ -459,22 +459,16 @@ std::vector<VehicleTrack> Tracker::Impl::finish() {
 
 std::optional<CameraTime> Tracker::Impl::live_since() const {
   std::optional<CameraTime> oldest;
-  const auto consider = [&](const std::vector<LampRecord>& records) {
-    if (!records.empty() && (!oldest || records.front().time < *oldest))
-      oldest = records.front().time;
+  const auto consider = [&](const LampRecord* first) {
+    if (first && (!oldest || first->time < *oldest)) oldest = first->time;
   };
   for (const auto& lamp : lamps_)
-    if (lamp->vehicle || !lamp->fixed) {
-      consider(lamp->records);
-      consider(lamp->set_aside);
-    }
+    if (lamp->vehicle || !lamp->fixed) consider(lamp->oldest());
   for (const auto* vehicles : {&vehicles_, &waiting_})
-    for (const auto& vehicle : *vehicles) {
-      consider(vehicle->past_left);
-      consider(vehicle->past_right);
-    }
-  if (const LampRecord* waiting = lone_.oldest(); waiting && (!oldest || waiting->time < *oldest))
-    oldest = waiting->time;
+    for (const auto& vehicle : *vehicles)
+      for (const auto* past : {&vehicle->past_left, &vehicle->past_right})
+        if (!past->empty()) consider(&past->front());
+  consider(lone_.oldest());
   return oldest;
 }
 
