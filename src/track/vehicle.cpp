@@ -17,6 +17,7 @@ namespace {
 constexpr double kFaintPair = 2.5, kFaintSingle = 1.5;
 constexpr double kLeastPairShare = 0.15, kLeastPairShareMoving = 0.3;
 constexpr double kMostChi2 = 11.0;
+constexpr double kNotWhite = -1.2;      // ln of the odds of a tail lamp: warm white has -1.8
 constexpr double kMostPairChi2 = 30.0;  // of one frame, about 2 degrees of freedom
 
 LampSighting sighting_of(const LampRecord& record) {
@@ -270,7 +271,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   // that are not white for sure: clipping whitens tail lamps, indicators are amber. From one that
   // moves, those of a vehicle ahead still do not come nearer.
   if (track.direction_contradicts) {
-    constexpr double kWhitened = -2.0, kNotWhite = -1.2;  // warm white headlamps have -1.8
+    constexpr double kWhitened = -2.0;
     const double tail = median(tail_log_odds);
     if (view.moving_sensor() && (vehicle.kind != LampKind::headlamp || tail < kWhitened))
       return Verdict::undecided;
@@ -312,6 +313,7 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
     return Verdict::undecided;
 
   std::vector<double> times_s, along_m, laterals_m, lateral_sigmas_m, doubts, strengths;
+  std::vector<double> tail_log_odds;
   int below = 0, clipped = 0;
   track.sightings.clear();
   for (const LampRecord& record : lamp.records) {
@@ -323,6 +325,7 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
     clipped += record.sighting.saturated_px > 0;
     strengths.push_back(std::log(std::max(record.sighting.flux, 1e-9)) -
                         2.0 * std::log(place.inverse_depth_per_m));
+    tail_log_odds.push_back(record.tail_log_odds);
     times_s.push_back(seconds_of(record.time));
     along_m.push_back(at.along_m);
     laterals_m.push_back(at.lateral_m);
@@ -374,8 +377,8 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
 
   const bool leaves =
       passes ? lamp.kind() == LampKind::taillamp : !comes && closing_mps + kSlow_mps < ego_mps;
-  track.kind =
-      leaves && !view.moving_sensor() && lights.colourless() ? LampKind::taillamp : lamp.kind();
+  const bool may_be_tail = lights.colourless() || median(tail_log_odds) > kNotWhite;
+  track.kind = leaves && !view.moving_sensor() && may_be_tail ? LampKind::taillamp : lamp.kind();
   track.direction = track.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;
   track.single_lamp = true;
   track.ambiguous_identity = lamp.doubtful_at && *lamp.doubtful_at >= lamp.records.front().time;

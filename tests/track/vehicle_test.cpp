@@ -172,6 +172,18 @@ TEST(JudgeSingle, ALightOnceTakenForOneOfAPairIsALampIfItIsLongAlone) {
   EXPECT_EQ(judge_single(part, road.view, {}, {}, track), Verdict::undecided);
 }
 
+TEST(JudgeSingle, OfOneThatIsNotWhiteTheMotionTellsTheDirection) {
+  const Road road;
+  for (const double tail_log_odds : {-3.0, -0.4}) {
+    Lamp lamp = road.lamp(0, 60, -4.0);
+    drive_away(lamp);
+    for (LampRecord& record : lamp.records) record.tail_log_odds = tail_log_odds;
+    VehicleTrack track;
+    ASSERT_EQ(judge_single(lamp, road.view, {}, {}, track), Verdict::vehicle);
+    EXPECT_EQ(track.direction_contradicts, tail_log_odds < -1.2);
+  }
+}
+
 // Near the end it may have passed to another light: what it was until then stays.
 TEST(JudgeSingle, ALampKeepsItsLongestTimeWithoutADoubt) {
   const Road road;
