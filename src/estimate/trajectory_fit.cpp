@@ -90,8 +90,8 @@ std::optional<VehicleTrack> told_part(const VehicleTrack& track, const Site& sit
 bool turns_against_the_road(const Site& site, const VehicleTrack& track) {
   constexpr double kLeast_rad = 0.1, kLeastShare = 0.5, kMostShare = 2.0;
   const RoadSite& road = site.road;
-  if (!site.ego || !site.ego->turns_known() || road.kind != RoadKind::curved || !road.radius_m ||
-      road.straight_m > 0.0)
+  if (track.sightings.empty() || !site.ego || !site.ego->turns_known() ||
+      road.kind != RoadKind::curved || !road.radius_m || road.straight_m > 0.0)
     return false;
   DrivenPose start;
   start.time_s = seconds_of(track.sightings.front().time);
@@ -244,9 +244,10 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& whole, con
     return "measured from " + fixed_text(from_s, 2) + " to " + fixed_text(to_s, 2) + " s alone";
   };
   if (told)
-    warnings.push_back("the ego trace does not tell the own speed throughout its track: " +
-                       measured_alone(seconds_of(told->sightings.front().time),
-                                      seconds_of(told->sightings.back().time)));
+    warnings.push_back(
+        "the ego trace does not tell the own speed all the while the vehicle is seen: " +
+        measured_alone(seconds_of(told->sightings.front().time),
+                       seconds_of(told->sightings.back().time)));
   if (nearest)
     warnings.push_back(
         "followed for longer than the own vehicle's turns can be without yaw rates: " +
