@@ -5,6 +5,7 @@
 
 #include "condition/clean_samples.h"
 #include "condition/drift.h"
+#include "condition/flashes.h"
 #include "condition/flicker.h"
 #include "condition/negative_samples.h"
 #include "condition/noise.h"
@@ -85,6 +86,10 @@ std::vector<PowerTrace> condition(PhotodiodeRecording recording, const Site& sit
     }
     if (const std::int64_t spikes = drop_spikes(trace); spikes > 0) {
       trace.rejected["spike"] = spikes;
+      set_noise(trace);
+    }
+    if (const std::int64_t flashes = drop_flashes(trace); flashes > 0) {
+      trace.rejected["flash"] = flashes;
       set_noise(trace);
     }
     const bool hidden = trace.rounding_sigma_w > 0.0;  // and stays so, though a wave lies over it

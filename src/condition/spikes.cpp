@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "condition/noise.h"
+#include "condition/sample_ranges.h"
 
 namespace vildar {
 namespace {
@@ -14,28 +14,13 @@ namespace {
 constexpr float kSigmas = 12.0F, kShareOfLight = 1.0F / 3.0F, kChanges = 2.0F;
 constexpr std::ptrdiff_t kWidest = 2;  // samples
 
-/// Level of the darkest tenth.
-float dark_level_w(const std::vector<float>& power_w) {
-  constexpr std::size_t kEnough = std::size_t{1} << 14;
-  std::vector<double> some_w;
-  for (std::size_t i = 0; i < power_w.size(); i += power_w.size() / kEnough + 1)
-    some_w.push_back(power_w[i]);
-  return static_cast<float>(quantile_of(some_w, 0.1));
-}
-
-/// First samples of what stands out, with its width; in order, none within another.
-struct Spike {
-  std::size_t first = 0;
-  std::size_t width = 0;
-};
-
-std::vector<Spike> spikes_in(const PowerTrace& trace) {
+std::vector<SampleRange> spikes_in(const PowerTrace& trace) {
   const std::vector<float>& power_w = trace.power_w;
   const auto n = static_cast<std::ptrdiff_t>(power_w.size());
   const float noise_w = kSigmas * static_cast<float>(trace.noise_sigma_w);
   const float dark_w = dark_level_w(power_w);
   const float* at = power_w.data();
-  std::vector<Spike> found;
+  std::vector<SampleRange> found;
   for (std::ptrdiff_t i = 2; i + 2 < n; ++i) {
     // Most samples are within noise of the one before.
     if (std::abs(at[i] - at[i - 1]) < noise_w) continue;
@@ -59,7 +44,7 @@ std::vector<Spike> spikes_in(const PowerTrace& trace) {
 
 /// Leaves those that have too many others near, and all near such: where the lamps are dim, few of
 /// their pulses stand out.
-void leave_pulses(const PowerTrace& trace, std::vector<Spike>& spikes) {
+void leave_pulses(const PowerTrace& trace, std::vector<SampleRange>& spikes) {
   constexpr double kWithin_s = 0.25, kShare = 0.05, kFew = 3.0, kAbout_s = 2.0;
   const double most = std::max(kFew, kShare * kWithin_s / trace.sample_period_s);
   const auto time_s = [&](std::size_t k) { return trace.time_s[spikes[k].first]; };
@@ -70,7 +55,7 @@ void leave_pulses(const PowerTrace& trace, std::vector<Spike>& spikes) {
       std::fill(pulse.begin() + static_cast<std::ptrdiff_t>(first),
                 pulse.begin() + static_cast<std::ptrdiff_t>(last) + 1, true);
   }
-  std::vector<Spike> kept;
+  std::vector<SampleRange> kept;
   double pulsed_s = -INFINITY;
   std::size_t next = 0;
   for (std::size_t k = 0; k < spikes.size(); ++k) {
@@ -87,25 +72,9 @@ void leave_pulses(const PowerTrace& trace, std::vector<Spike>& spikes) {
 std::int64_t drop_spikes(PowerTrace& trace) {
   if (trace.power_w.empty() || !(trace.noise_sigma_w > 0.0) || !(trace.sample_period_s > 0.0))
     return 0;
-  std::vector<Spike> spikes = spikes_in(trace);
+  std::vector<SampleRange> spikes = spikes_in(trace);
   leave_pulses(trace, spikes);
-  if (spikes.empty()) return 0;
-  std::size_t kept = 0, read = 0;
-  const auto keep_until = [&](std::size_t end) {
-    for (; read < end; ++read, ++kept) {
-      trace.time_s[kept] = trace.time_s[read];
-      trace.power_w[kept] = trace.power_w[read];
-    }
-  };
-  for (const Spike& spike : spikes) {
-    keep_until(spike.first);
-    read += spike.width;
-  }
-  keep_until(trace.power_w.size());
-  const std::size_t dropped = trace.power_w.size() - kept;
-  trace.time_s.resize(kept);
-  trace.power_w.resize(kept);
-  return static_cast<std::int64_t>(dropped);
+  return drop_ranges(trace, spikes);
 }
 
 }  // namespace vildar
