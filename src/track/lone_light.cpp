@@ -27,6 +27,7 @@ struct Spread {
 };
 // Of ln strength about that of strong lamps.
 constexpr Spread kLampLn{-0.4, 0.8}, kGlintLn{-1.5, 1.0};
+constexpr double kDimShare = 0.1;  // of lamps: a bicycle's, and others as dim as glints
 // High beams over low beams, and how sharply more than that is too much.
 constexpr double kStrongestLn = 2.3, kStrongestSigmaLn = 0.4;
 
@@ -72,6 +73,12 @@ double log_density(double value, Spread spread) {
   return -0.5 * off * off - std::log(spread.sigma);
 }
 
+double log_odds_of_strength(double strength_ln) {
+  const double odds =
+      std::exp(log_density(strength_ln, kLampLn) - log_density(strength_ln, kGlintLn));
+  return std::log((1.0 - kDimShare) * odds + kDimShare);
+}
+
 }  // namespace
 
 double lone_lamp_log_odds(const LoneLight& light) {
@@ -94,8 +101,7 @@ double lone_lamp_log_odds(const LoneLight& light) {
   // Stronger than strong lamps is as good as strong: a high beam. Far stronger than that are
   // several lamps in one, or what they light.
   if (light.strength_ln) {
-    const double strength_ln = std::fmin(*light.strength_ln, kLampLn.mean);
-    log_odds += log_density(strength_ln, kLampLn) - log_density(strength_ln, kGlintLn);
+    log_odds += log_odds_of_strength(std::fmin(*light.strength_ln, kLampLn.mean));
     const double beyond = std::fmax(0.0, *light.strength_ln - kStrongestLn) / kStrongestSigmaLn;
     log_odds -= 0.5 * beyond * beyond;
   }

@@ -5,7 +5,8 @@
 #include <optional>
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
+
+#include "track/vehicle_body.h"
 
 namespace vildar {
 namespace {
@@ -106,29 +107,11 @@ bool is_image_of(const Vehicle& lower, const Vehicle& source, const RoadView& vi
   return below(*lower.left, *source.left) && below(*lower.right, *source.right);
 }
 
-// Number plate, bonnet, fog lamp, roof: within the body of a vehicle that has its lamps. The body
-// is a box that reaches back from the lamps.
+// Number plate, bonnet, fog lamp, roof: on a vehicle that has its lamps.
 bool rides_on(const Lamp& lamp, const Vehicle& vehicle, const RoadView& view) {
-  constexpr double kBesideLamps_m = 0.45, kOver_m = 2.2, kUnder_m = 0.6, kSlice_m = 1.5;
-  constexpr int kSlices = 4;
-  const Eigen::Vector2d middle_px = 0.5 * (vehicle.left->at_px() + vehicle.right->at_px());
-  const LampPlace at = view.place(middle_px);
-  Eigen::Matrix2d axes;
-  axes << at.across_px, at.down_px;
-  if (!(std::abs(axes.determinant()) > 1e-9)) return false;
-  const Eigen::Matrix2d metres = axes.inverse() / vehicle.inverse_depth_per_m;
-  const Eigen::Vector2d off_m = metres * (lamp.at_px() - middle_px);
-  const Eigen::Vector2d back_per_m = -axes.inverse() * at.toward_px;
-  const double half_width_m =
-      0.5 * vehicle.width_per_depth / vehicle.inverse_depth_per_m + kBesideLamps_m;
-  bool inside = false;
-  for (int slice = 0; slice < kSlices && !inside; ++slice) {
-    const double back_m = slice * kSlice_m;
-    const double farther = 1.0 + back_m * vehicle.inverse_depth_per_m;
-    const Eigen::Vector2d rest_m = off_m * farther - back_per_m * back_m;
-    inside = std::abs(rest_m.x()) < half_width_m && rest_m.y() < kUnder_m && rest_m.y() > -kOver_m;
-  }
-  return inside && (moves_with(lamp, *vehicle.left) || moves_with(lamp, *vehicle.right));
+  return stands_within_body(lamp, vehicle, view) &&
+         (moves_with(lamp, *vehicle.left) || moves_with(lamp, *vehicle.right)) &&
+         !changes_place_on_body(lamp, vehicle, view);
 }
 
 // What a vehicle lights before itself, road or paint, moves along with it, and is wider or far
@@ -229,7 +212,8 @@ void note_look_alikes(const Lamps& lamps, const std::vector<Spot>& spots, const 
     const bool riding = std::any_of(vehicles.begin(), vehicles.end(), [&](const auto& vehicle) {
       return vehicle->left && vehicle->right && rides_on(*lamp, *vehicle, view);
     });
-    lamp->on_vehicle.add(riding || lit, kMemory);
+    // What shines on a body, or is lit, has no image on the road below it.
+    lamp->on_vehicle.add((riding || lit) && !lamp->records.back().casts_image, kMemory);
   }
   const auto both_seen = [frame](const auto& vehicle) {
     return vehicle->left && vehicle->right && vehicle->left->seen_at(frame) &&

@@ -318,7 +318,7 @@ void Pairing::refresh(Vehicles& vehicles, std::int64_t frame, CameraTime time) {
       ++vehicle->both_seen;
       vehicle->last_both = frame;
       vehicle->last_both_time = time;
-      if (std::max(vehicle->chi2, chi2) < kMostChi2ToJoin) vehicle->last_good = frame;
+      if (vehicle->chi2 < kMostMeanChi2 && chi2 < kMostChi2ToJoin) vehicle->last_good = frame;
       const bool crossed = left->at_px().x() > right->at_px().x() + kCrossed_px;
       if (has_changed(*left, vehicle->kind) || has_changed(*right, vehicle->kind))
         vehicle->cut_after = std::min(vehicle->last_good, frame - kNoticed);

@@ -16,7 +16,6 @@ namespace {
 
 constexpr double kFaintPair = 2.5, kFaintSingle = 1.5;
 constexpr double kLeastPairShare = 0.15, kLeastPairShareMoving = 0.3;
-constexpr double kMostChi2 = 11.0;
 constexpr double kNotWhite = -1.2;      // ln of the odds of a tail lamp: warm white has -1.8
 constexpr double kMostPairChi2 = 30.0;  // of one frame, about 2 degrees of freedom
 
@@ -169,7 +168,7 @@ bool outshines(const Lamp& left, const Lamp& right, const Vehicle& other, bool k
 }
 
 void cut_where_it_came_apart(Vehicle& gone) {
-  if (gone.cut_after || gone.chi2 <= kMostChi2 || gone.last_good == gone.last_both) return;
+  if (gone.cut_after || gone.chi2 <= kMostMeanChi2 || gone.last_good == gone.last_both) return;
   gone.cut_after = gone.last_good;
   gone.came_apart = true;
 }
@@ -257,7 +256,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       0.5 * streaks > kImageShare * static_cast<double>(looks.size()) ||
       patches > kPatchShare * static_cast<double>(looks.size()))
     return Verdict::reflection;
-  if ((!vehicle.cut_after && vehicle.chi2 > kMostChi2) ||
+  if ((!vehicle.cut_after && vehicle.chi2 > kMostMeanChi2) ||
       too_faint(strengths, clipped / static_cast<double>(looks.size()), vehicle.kind, lights,
                 lights.typical(vehicle.kind), median_slope_down(looks), kFaintPair) ||
       static_cast<double>(looks.size()) < pair_share * static_cast<double>(track.sightings.size()))

@@ -10,6 +10,9 @@
 
 namespace vildar {
 
+/// Recent mean of a pair's chi2 above which it does not look like one vehicle.
+inline constexpr double kMostMeanChi2 = 11.0;
+
 /// Two lamps that travel together. A side whose lamp was lost keeps its records and may get
 /// another.
 struct Vehicle {

@@ -35,6 +35,12 @@ TEST(LoneLight, AHighBeamIsNoLessALamp) {
                    lone_lamp_log_odds({0.0, 0.0, 1.0, true, 2.0}));
 }
 
+// A twentieth of a strong lamp's light; nothing else speaks against a lamp.
+TEST(LoneLight, ABicyclesLampIsOne) {
+  EXPECT_GT(lone_lamp_log_odds({0.0, 0.0, 1.0, true, -3.0}), std::log(3.0));
+  EXPECT_LT(lone_lamp_log_odds({0.3, 0.0, 1.0, true, -3.0}), std::log(3.0));
+}
+
 TEST(LoneLight, SeveralLampsInOneAreNoLamp) {
   EXPECT_LT(lone_lamp_log_odds({0.0, 0.0, 1.0, true, 4.0}), -std::log(20.0));
 }
@@ -51,7 +57,7 @@ TEST(LoneLight, OddsFallWithLooksAtWhichItIsNoLamp) {
 }
 
 TEST(LoneLight, ItsImageOnTheRoadSpeaksForALampAndFramesUnseenAgainstOne) {
-  LoneLight faint{0.1, 0.1, 1.0, true, -2.5};
+  LoneLight faint{0.2, 0.1, 1.0, true, -2.5};
   EXPECT_LT(lone_lamp_log_odds(faint), std::log(3.0));
   faint.imaged_share = 0.9;
   EXPECT_GT(lone_lamp_log_odds(faint), std::log(3.0));

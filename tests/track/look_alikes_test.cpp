@@ -94,6 +94,55 @@ TEST(LookAlikes, ALightFarFainterThanTheLampsBehindItIsWhatTheyLight) {
   }
 }
 
+// A light between a pair's lamps and above them, at `above_m` over them and `behind_m` farther
+// away; with an image of its own or without.
+double riding_share(double above_m, double behind_m, bool casts_image = false) {
+  const scene::OneCar road;
+  constexpr std::int64_t kFrames = 80;
+  std::optional<Lamp> light, left, right;
+  for (std::int64_t frame = 0; frame <= kFrames; ++frame) {
+    const double x_m = 70.0 - 0.5 * static_cast<double>(frame);
+    const auto follow = [&](std::optional<Lamp>& lamp, const Eigen::Vector3d& at_m, bool image) {
+      Blob blob;
+      blob.centre_px = *road.camera.project(at_m);
+      blob.flux = 100.0;
+      blob.kind = LampKind::headlamp;
+      Spot spot{&blob, *road.view.spot_from_pixel(blob.centre_px), 0.5, blob.centre_px,
+                blob.centre_sigma_px};
+      spot.casts_image = image;
+      if (!lamp) {
+        lamp.emplace(spot, road.view.place(spot.at_px), frame, road.time_at(frame), road.view);
+      } else {
+        lamp->predict(0.04, road.view);
+        lamp->update(spot, frame, road.time_at(frame));
+      }
+    };
+    follow(left, {x_m, -3.4, 0.68}, false);
+    follow(right, {x_m, -4.6, 0.68}, false);
+    follow(light, {x_m + behind_m, -4.0, 0.68 + above_m}, casts_image);
+  }
+  const PairFit fit = road.view.fit_pair(left->at_px(), right->at_px(), 1.0);
+  Lamps lamps;
+  lamps.push_back(std::make_unique<Lamp>(*light));
+  Vehicles vehicles;
+  vehicles.push_back(std::make_unique<Vehicle>(scene::vehicle_of(*left, *right)));
+  vehicles[0]->inverse_depth_per_m = fit.inverse_depth_per_m;
+  vehicles[0]->width_per_depth = fit.width_per_depth;
+  note_look_alikes(lamps, {}, vehicles, road.view, kFrames);
+  return lamps[0]->on_vehicle.share();
+}
+
+// A lamp 20 m behind the pair is seen over its roof, where it was over its bonnet before.
+TEST(LookAlikes, WhatRidesOnABodyKeepsItsPlaceThere) {
+  EXPECT_EQ(riding_share(1.4, 0.0), 1.0);
+  EXPECT_EQ(riding_share(0.8, 3.0), 1.0) << "behind the windscreen";
+  EXPECT_EQ(riding_share(0.0, 20.0), 0.0);
+}
+
+TEST(LookAlikes, WhatHasAnImageOnTheRoadRidesOnNoBody) {
+  EXPECT_EQ(riding_share(1.4, 0.0, true), 0.0);
+}
+
 // A light that seems at lamp height and `nearer` times as near as the lamps, in the column of one
 // at y_m.
 Lamp light_below(const scene::OneCar& road, std::int64_t last, double y_m, double nearer) {
