@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "estimate/lane_choice.h"
+#include "estimate/light_edges.h"
 #include "estimate/pass_posterior.h"
 #include "estimate/series_blocks.h"
 
@@ -33,11 +34,27 @@ bool in_front(const PowerCase& known, double mean_w, double time_s, const Trajec
   return known.bend != 0.0 ? range_m > 0.0 : range_m * kWidestTangent > d_m;
 }
 
+// What a house or the rim of the photodiode's view lets in or takes away at once is no lamp's way.
+void keep_between_edges(PowerSeries& series, std::vector<PowerBlock> blocks) {
+  keep_between_edges(blocks, 0.0);
+  if (blocks.empty()) return;
+  const auto index_of = [&](double time_s) {
+    return std::ranges::lower_bound(series.time_s, time_s) - series.time_s.begin();
+  };
+  const auto first = index_of(blocks.front().time_s - 0.5 * blocks.front().duration_s);
+  const auto end = index_of(blocks.back().time_s + 0.5 * blocks.back().duration_s);
+  for (auto* values : {&series.time_s, &series.power_w}) {
+    values->erase(values->begin() + end, values->end());
+    values->erase(values->begin(), values->begin() + first);
+  }
+}
+
 // Times in clip time, which is photodiode time plus `offset_s`.
 PowerSeries usable_power(const PowerTrace& trace, const Uncertain& ambient_w, double offset_s,
                          const PowerCase& known, double from_s, double to_s,
                          const Trajectory* trajectory) {
   PowerSeries series;
+  std::vector<PowerBlock> blocks;
   series.background_std_w = ambient_w.std;
   const auto begin = std::lower_bound(trace.time_s.begin(), trace.time_s.end(), from_s - offset_s) -
                      trace.time_s.begin();
@@ -52,13 +69,19 @@ PowerSeries usable_power(const PowerTrace& trace, const Uncertain& ambient_w, do
       sum_w += static_cast<double>(trace.power_w[at(last++)]) - ambient_w.mean;
     const double mean_w = sum_w / static_cast<double>(last - first);
     const double time_s = 0.5 * (trace.time_s[at(first)] + trace.time_s[at(last - 1)]) + offset_s;
-    if (mean_w > kClearSigmas * trace.noise_sigma_w && in_front(known, mean_w, time_s, trajectory))
+    if (mean_w > kClearSigmas * trace.noise_sigma_w &&
+        in_front(known, mean_w, time_s, trajectory)) {
+      const auto samples = static_cast<int>(last - first);
+      blocks.push_back(
+          {time_s, kBlock_s, mean_w, trace.noise_sigma_w / std::sqrt(samples), samples});
       for (auto i = first; i < last; ++i) {
         series.time_s.push_back(trace.time_s[at(i)] + offset_s);
         series.power_w.push_back(static_cast<double>(trace.power_w[at(i)]) - ambient_w.mean);
       }
+    }
     first = last;
   }
+  keep_between_edges(series, std::move(blocks));
   return series;
 }
 

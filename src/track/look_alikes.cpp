@@ -212,8 +212,7 @@ void note_look_alikes(const Lamps& lamps, const std::vector<Spot>& spots, const 
     const bool riding = std::any_of(vehicles.begin(), vehicles.end(), [&](const auto& vehicle) {
       return vehicle->left && vehicle->right && rides_on(*lamp, *vehicle, view);
     });
-    // What shines on a body, or is lit, has no image on the road below it.
-    lamp->on_vehicle.add((riding || lit) && !lamp->records.back().casts_image, kMemory);
+    lamp->on_vehicle.add(riding || lit, kMemory);
   }
   const auto both_seen = [frame](const auto& vehicle) {
     return vehicle->left && vehicle->right && vehicle->left->seen_at(frame) &&

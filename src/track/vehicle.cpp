@@ -334,7 +334,7 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   if (held < kFewestSingle) return Verdict::undecided;
   const double clipped_share = clipped / held;
   LoneLight light;
-  light.riding_share = riding_share;
+  light.riding_share = riding_share * (1.0 - imaged_share);
   light.mirrored_share = std::max(mirrored_share, share_of(&LampRecord::streak));
   light.below_share = std::min(lamp.below.share(), lamp.below.share_of_all());
   light.misshapen_share = misshapen_share(lamp.records, view);

@@ -175,6 +175,23 @@ TEST(Pass, FindsSpeedAndRangeInClipTime) {
   EXPECT_TRUE(result.used_photodiode && !result.used_camera);
 }
 
+// A house, a crest or the rim of the photodiode's view: the block in which it comes out is lit in
+// part.
+TEST(Pass, OfAVehicleThatComesOutFromBehindSomethingTheRestTells) {
+  Site site = diode_site();
+  site.camera.reset();
+  for (const double out_s : {1.0, 1.002, 1.005, 1.008}) {
+    Random random(1);
+    PowerTrace trace = trace_of(kTypical, site, matching_diode(), random);
+    for (std::size_t i = 0; i < trace.time_s.size() && trace.time_s[i] < out_s; ++i)
+      trace.power_w[i] = static_cast<float>(trace.ambient_w);
+    const VehicleResult result = estimate_pass({0.98, 2.5, 2.4}, 1, site, {&trace, 1});
+    ASSERT_FALSE(result.withheld) << out_s << " " << name_of(*result.withheld);
+    for (const MethodResult& row : result.methods)
+      EXPECT_NEAR(speed_of(row), 20.0, 0.3) << out_s << " " << name_of(row.method);
+  }
+}
+
 TEST(Pass, OnARoadWithoutOncomingLanesTheVehicleDrivesAway) {
   Site site = diode_site();
   site.camera.reset();

@@ -96,20 +96,19 @@ TEST(LookAlikes, ALightFarFainterThanTheLampsBehindItIsWhatTheyLight) {
 
 // A light between a pair's lamps and above them, at `above_m` over them and `behind_m` farther
 // away; with an image of its own or without.
-double riding_share(double above_m, double behind_m, bool casts_image = false) {
+double riding_share(double above_m, double behind_m) {
   const scene::OneCar road;
   constexpr std::int64_t kFrames = 80;
   std::optional<Lamp> light, left, right;
   for (std::int64_t frame = 0; frame <= kFrames; ++frame) {
     const double x_m = 70.0 - 0.5 * static_cast<double>(frame);
-    const auto follow = [&](std::optional<Lamp>& lamp, const Eigen::Vector3d& at_m, bool image) {
+    const auto follow = [&](std::optional<Lamp>& lamp, const Eigen::Vector3d& at_m) {
       Blob blob;
       blob.centre_px = *road.camera.project(at_m);
       blob.flux = 100.0;
       blob.kind = LampKind::headlamp;
-      Spot spot{&blob, *road.view.spot_from_pixel(blob.centre_px), 0.5, blob.centre_px,
-                blob.centre_sigma_px};
-      spot.casts_image = image;
+      const Spot spot{&blob, *road.view.spot_from_pixel(blob.centre_px), 0.5, blob.centre_px,
+                      blob.centre_sigma_px};
       if (!lamp) {
         lamp.emplace(spot, road.view.place(spot.at_px), frame, road.time_at(frame), road.view);
       } else {
@@ -117,9 +116,9 @@ double riding_share(double above_m, double behind_m, bool casts_image = false) {
         lamp->update(spot, frame, road.time_at(frame));
       }
     };
-    follow(left, {x_m, -3.4, 0.68}, false);
-    follow(right, {x_m, -4.6, 0.68}, false);
-    follow(light, {x_m + behind_m, -4.0, 0.68 + above_m}, casts_image);
+    follow(left, {x_m, -3.4, 0.68});
+    follow(right, {x_m, -4.6, 0.68});
+    follow(light, {x_m + behind_m, -4.0, 0.68 + above_m});
   }
   const PairFit fit = road.view.fit_pair(left->at_px(), right->at_px(), 1.0);
   Lamps lamps;
@@ -137,10 +136,6 @@ TEST(LookAlikes, WhatRidesOnABodyKeepsItsPlaceThere) {
   EXPECT_EQ(riding_share(1.4, 0.0), 1.0);
   EXPECT_EQ(riding_share(0.8, 3.0), 1.0) << "behind the windscreen";
   EXPECT_EQ(riding_share(0.0, 20.0), 0.0);
-}
-
-TEST(LookAlikes, WhatHasAnImageOnTheRoadRidesOnNoBody) {
-  EXPECT_EQ(riding_share(1.4, 0.0, true), 0.0);
 }
 
 // A light that seems at lamp height and `nearer` times as near as the lamps, in the column of one
