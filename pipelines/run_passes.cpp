@@ -1,6 +1,8 @@
 #include "pipelines/run_passes.h"
 
 #include <algorithm>
+#include <cmath>
+#include <string>
 
 #include "condition/condition.h"
 #include "core/text.h"
@@ -27,22 +29,38 @@ std::vector<VehicleResult> measure_passes(const Site& site, std::span<const Powe
   return vehicles;
 }
 
-void note_unseen_passes(const Site& site, std::span<const PowerTrace> traces,
-                        std::span<const VehicleResult> seen, double clip_end_s,
-                        RunSummary& summary) {
-  // Lamps shine on a photodiode before the camera makes them out, and until they have driven past
-  // it, out of the camera's view.
-  constexpr double kBefore_s = 1.0, kAfter_s = 5.0;
+namespace {
+
+// Lamps shine on a photodiode before the camera makes them out, and until they have driven past
+// it, out of the camera's view; a clip that ends leaves them on their way to it.
+bool lights(const VehicleResult& vehicle, double peak_s, const PhotodiodeSite& photodiode) {
+  constexpr double kBefore_s = 1.0, kAfter_s = 5.0, kWayShare = 0.25;
+  if (peak_s > vehicle.t_first_s - kBefore_s && peak_s < vehicle.t_last_s + kAfter_s) return true;
+  if (vehicle.withheld || vehicle.direction != Direction::oncoming || !vehicle.range_ref_m)
+    return false;
+  const double way_s =
+      (*vehicle.range_ref_m - photodiode.position_m[0].mean) / vehicle.speed.speed_mps;
+  return std::abs(peak_s - vehicle.speed.time_s - way_s) < kBefore_s + kWayShare * way_s;
+}
+
+}  // namespace
+
+void add_unseen_passes(const Site& site, std::span<const PowerTrace> traces, const SeenClip& clip,
+                       std::vector<VehicleResult>& vehicles, RunSummary& summary) {
   if (traces.empty()) return;
   std::int64_t unseen = 0;
+  std::vector<PowerPass> outside;
   for (const PowerPass& pass : passes_of(traces)) {
     const PhotodiodeSite& photodiode = site.photodiodes[static_cast<std::size_t>(pass.photodiode)];
     const double peak_s = pass.peak_s + photodiode.time_offset_s.mean;
-    if (peak_s < 0.0 || peak_s > clip_end_s) continue;
-    if (std::any_of(seen.begin(), seen.end(), [&](const VehicleResult& vehicle) {
-          return peak_s > vehicle.t_first_s - kBefore_s && peak_s < vehicle.t_last_s + kAfter_s;
+    if (std::ranges::any_of(vehicles, [&](const VehicleResult& vehicle) {
+          return lights(vehicle, peak_s, photodiode);
         }))
       continue;
+    if (peak_s < 0.0 || peak_s > clip.end_s) {
+      outside.push_back(pass);
+      continue;
+    }
     ++unseen;
     summary.warnings.push_back(photodiode.id + ": light as of a passing vehicle at " +
                                fixed_text(peak_s, 2) +
@@ -50,6 +68,22 @@ void note_unseen_passes(const Site& site, std::span<const PowerTrace> traces,
                                "the camera's view");
   }
   summary.counts["passes_unseen_by_camera"] = unseen;
+  summary.counts["passes_outside_clip"] = static_cast<std::int64_t>(outside.size());
+  if (outside.empty()) return;
+  const std::string text = std::to_string(outside.size()) + " of the vehicles that passed the " +
+                           "photodiodes did so before or after the clip (0 to " +
+                           fixed_text(clip.end_s, 2) + " s); ";
+  if (!clip.truncated) {
+    summary.warnings.push_back(text + "a run of the trace alone measures them");
+    return;
+  }
+  summary.warnings.push_back(text + "as it ends early, they are measured by their light alone");
+  int last_id = 0;
+  for (const VehicleResult& vehicle : vehicles) last_id = std::max(last_id, vehicle.track_id);
+  for (const PowerPass& pass : outside) {
+    throw_if_interrupted();
+    vehicles.push_back(estimate_pass(pass, ++last_id, site, traces));
+  }
 }
 
 }  // namespace vildar

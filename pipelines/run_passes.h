@@ -17,10 +17,15 @@ std::vector<PowerPass> passes_of(std::span<const PowerTrace> traces);
 /// Each of them measured by light alone, numbered from 1.
 std::vector<VehicleResult> measure_passes(const Site& site, std::span<const PowerTrace> traces);
 
-/// Counts and warns of passes, between clip times 0 and `clip_end_s`, at which no vehicle of the
-/// camera's was near: one out of its view, or one that it missed.
-void note_unseen_passes(const Site& site, std::span<const PowerTrace> traces,
-                        std::span<const VehicleResult> seen, double clip_end_s,
-                        RunSummary& summary);
+struct SeenClip {
+  double end_s = 0.0;      ///< time of its last frame
+  bool truncated = false;  ///< it ends before the recording did
+};
+
+/// Counts and warns of passes at which no vehicle of the camera's was near. Within the clip: one
+/// out of its view, or one that it missed. Before or after it: measured by their light alone where
+/// the clip was cut short, and added to `vehicles`.
+void add_unseen_passes(const Site& site, std::span<const PowerTrace> traces, const SeenClip& clip,
+                       std::vector<VehicleResult>& vehicles, RunSummary& summary);
 
 }  // namespace vildar

@@ -150,7 +150,8 @@ void add_passes(const RunOptions& options, const Site& site, const std::vector<P
   note_overlap(options, site, traces, measurement.last_frame_s, summary);
   if (traces.empty()) return;
   if (!camera_is_dark(measurement)) {
-    note_unseen_passes(site, traces, measurement.vehicles, measurement.last_frame_s, summary);
+    add_unseen_passes(site, traces, {measurement.last_frame_s, measurement.counts.truncated},
+                      measurement.vehicles, summary);
     return;
   }
   measurement.vehicles = measure_passes(site, traces);

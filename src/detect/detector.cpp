@@ -10,6 +10,7 @@
 #include "detect/levels.h"
 #include "detect/peaks.h"
 #include "detect/photometry.h"
+#include "detect/red_lights.h"
 #include "detect/run_scan.h"
 #include "optics/picture.h"
 
@@ -119,6 +120,8 @@ struct Detector::State {
   std::vector<PixelRun> runs;
   RunGroups groups;
   PeakFinder finder;
+  RedLights red_lights;
+  std::size_t bright = 0;  // of the peaks those found by their luma, the first ones
   Photometer photometer;
   std::vector<Measured>* lights = nullptr;  // of the last frame
   std::optional<LampMeter> lamp_meter;
@@ -131,7 +134,7 @@ struct Detector::State {
   std::vector<int> half_code;
   double half_code_background = -1.0, sigma_noise_codes = -1.0;
 
-  std::optional<FrameLight> look(const Frame& frame);
+  std::optional<FrameLight> look(const Frame& frame, bool dim_red);
   void prepare_fit_tables(const LumaView& luma);
   FrameLight frame_light(const LumaView& luma, const Levels& levels, int clip_code,
                          const Coded& coded) const;
@@ -278,13 +281,12 @@ Detector::~Detector() = default;
 Detector::Detector(Detector&&) noexcept = default;
 Detector& Detector::operator=(Detector&&) noexcept = default;
 
-std::optional<FrameLight> Detector::State::look(const Frame& frame) {
+std::optional<FrameLight> Detector::State::look(const Frame& frame, bool dim_red) {
   const LumaView& luma = frame.luma;
   if (luma.data == nullptr || luma.width_px <= 0 || luma.height_px <= 0) return std::nullopt;
   check(frame);
   const Levels levels = level_meter.measure(luma, options);
   find_runs(luma, levels.threshold_code, runs);
-  if (runs.empty()) return std::nullopt;
   prepare_tables(luma, levels);
   group_runs(runs, groups);
 
@@ -305,6 +307,9 @@ std::optional<FrameLight> Detector::State::look(const Frame& frame) {
     finder.add(luma, std::span<const int>(groups.order).subspan(from, to - from), runs,
                levels.threshold_code, rules);
   }
+  bright = finder.peaks().size();
+  if (dim_red) red_lights.add_to(finder, frame, levels, rules);
+  if (finder.peaks().empty()) return std::nullopt;
 
   const LightScale scale{linear, sigma, coding_sigma, rules.clip_code,
                          options.lossy ? kPlaces.errors : CodingErrors{}};
@@ -315,7 +320,7 @@ std::optional<FrameLight> Detector::State::look(const Frame& frame) {
 }
 
 std::optional<SeenLights> Detector::look(const Frame& frame) {
-  const std::optional<FrameLight> light = state_->look(frame);
+  const std::optional<FrameLight> light = state_->look(frame, false);
   if (!light) return std::nullopt;
   return SeenLights{*light, state_->finder.peaks(), *state_->lights};
 }
@@ -323,7 +328,7 @@ std::optional<SeenLights> Detector::look(const Frame& frame) {
 BlobFrame Detector::detect(const Frame& frame) {
   BlobFrame result{frame.index, frame.time, {}};
   State& state = *state_;
-  const std::optional<FrameLight> light = state.look(frame);
+  const std::optional<FrameLight> light = state.look(frame, true);
   if (!light) return result;
   const std::vector<Peak>& peaks = state.finder.peaks();
   std::vector<Measured>& lights = *state.lights;
@@ -331,8 +336,10 @@ BlobFrame Detector::detect(const Frame& frame) {
     state.lamp_meter->measure(*light, state.coded_light ? &*state.coded_light : nullptr, frame.time,
                               peaks, lights);
   for (std::size_t i = 0; i < peaks.size(); ++i) {
-    result.blobs.push_back(state.blob_of(frame, peaks[i], lights[i], light->clip_code));
-    result.blobs.back().id = static_cast<int>(i);
+    Blob blob = state.blob_of(frame, peaks[i], lights[i], light->clip_code);
+    if (i >= state.bright && !is_dim_tail_lamp(blob)) continue;
+    blob.id = static_cast<int>(result.blobs.size());
+    result.blobs.push_back(std::move(blob));
   }
   return result;
 }

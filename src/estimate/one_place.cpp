@@ -273,10 +273,14 @@ void MeasuredVehicles::add(VehicleEstimate estimate) {
       if (mirrors(*carrier, *upper, over_lamps_m_, lamp_height_m_))
         withhold_second(*carrier, "moves as the image of the lamps of " + named(*upper) +
                                       " on a wet road would; taken for that");
-      else if (rides_on(*upper, *carrier, over_lamps_m_))
+      else if (rides_on(*upper, *carrier, over_lamps_m_)) {
         withhold_second(*upper, "moves as lamps on the roof of " + named(*carrier) +
                                     " would; taken for lamps of that vehicle");
-      else if (glints_beside(*upper, *carrier))
+        if (always_alone(*carrier) && !always_alone(*upper))
+          withhold_second(*carrier, "moves as what the lamps of " + named(*upper) +
+                                        " light would, or is the only lamp of a vehicle with "
+                                        "those on its roof; which cannot be told");
+      } else if (glints_beside(*upper, *carrier))
         withhold_second(*upper, "moves as a glint of " + named(*carrier) +
                                     " on a rail beside the road would; taken for one");
   }

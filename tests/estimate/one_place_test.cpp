@@ -316,6 +316,16 @@ TEST(MeasuredVehicles, LampsOnARoofHaveNoSpeed) {
   }
 }
 
+TEST(MeasuredVehicles, ALoneLightBelowAPairIsNoMoreAVehicleThanThePair) {
+  MeasuredVehicles measured(kOverLamps_m, kLampHeight_m);
+  measured.add(estimate_of(1, roof_lamps(2.5, 1.0), Frames::all));
+  measured.add(estimate_of(2, kMotorcycle, Frames::all, lone()));
+  const auto taken = measured.take_before(kForever);
+  ASSERT_EQ(taken.size(), 2U);
+  for (const VehicleEstimate& one : taken)
+    EXPECT_EQ(one.result.withheld, Miss::ambiguous_identity) << one.result.track_id;
+}
+
 TEST(MeasuredVehicles, AreHeldUntilNoneThatWasInViewWithThemIsMissing) {
   MeasuredVehicles measured(kOverLamps_m, kLampHeight_m);
   measured.add(estimate_of(1, kCar, Frames::all));

@@ -90,30 +90,68 @@ TEST_F(DeadSensor, ABlackCameraBesideAPhotodiodeLeavesTheLight) {
   EXPECT_EQ(speeds().find("camera"), std::string::npos) << speeds();
 }
 
-TEST_F(DeadSensor, AVehicleThatTheCameraNeverSawIsCountedAndNamed) {
-  // The sample's own vehicles are gone from the camera by 6 s; another one passes at 40 s.
-  std::string text = bytes_of(sample("straight") / "photodiode.csv");
-  Random random(6);
-  for (int k = 10'000; k < 45'000; ++k) {
-    const double time_s = 1e-3 * k, before_m = 15.0 * (40.0 - time_s);
-    const double light_w = before_m > 0.0 ? 5e-5 / (before_m * before_m + 30.0) : 0.0;
-    text +=
-        number_text(time_s) + "," + number_text(1e-9 + light_w + random.normal(0.0, 3e-10)) + "\n";
+class LateVehicle : public DeadSensor {
+ protected:
+  /// The sample's own vehicles are gone from the camera by 6 s; another one passes at 40 s.
+  std::string trace() const {
+    std::string text = bytes_of(sample("straight") / "photodiode.csv");
+    Random random(6);
+    for (int k = 10'000; k < 45'000; ++k) {
+      const double time_s = 1e-3 * k, before_m = 15.0 * (40.0 - time_s);
+      const double light_w = before_m > 0.0 ? 5e-5 / (before_m * before_m + 30.0) : 0.0;
+      text += number_text(time_s) + "," + number_text(1e-9 + light_w + random.normal(0.0, 3e-10)) +
+              "\n";
+    }
+    return write("trace.csv", text);
   }
-  std::vector<std::int64_t> stamps_ms;
-  for (int k = 0; k < 45; ++k) stamps_ms.push_back(1000 * k);
-  test::ClipSpec spec{.path = path("lamp.mkv"),
-                      .width_px = 960,
-                      .height_px = 540,
-                      .frames = 45,
-                      .stamps_ms = stamps_ms};
-  test::write_clip(spec, test::luma_painter([](int, int u, int v) {
-                     return std::hypot(u - 300, v - 100) < 6.0 ? 200 : 16;  // a street lamp
-                   }));
-  expect_told(run({spec.path.string(), "--photodiode", write("trace.csv", text), "--site",
-                   (sample("straight") / "site.yaml").string()}),
-              0, {"light as of a passing vehicle at 39.9", "the camera saw none near that time"});
+  /// A street lamp, one frame a second.
+  std::string lamp_clip(int frames) const {
+    std::vector<std::int64_t> stamps_ms;
+    for (int k = 0; k < frames; ++k) stamps_ms.push_back(1000 * k);
+    test::ClipSpec spec{.path = path("lamp.mkv"),
+                        .width_px = 960,
+                        .height_px = 540,
+                        .frames = frames,
+                        .stamps_ms = stamps_ms};
+    test::write_clip(spec, lamp());
+    return spec.path.string();
+  }
+  static test::Painter lamp() {
+    return test::luma_painter(
+        [](int, int u, int v) { return std::hypot(u - 300, v - 100) < 6.0 ? 200 : 16; });
+  }
+  Ran run_beside(const std::string& clip_file) const {
+    return run({clip_file, "--photodiode", trace(), "--site",
+                (sample("straight") / "site.yaml").string()});
+  }
+};
+
+TEST_F(LateVehicle, ThatTheCameraNeverSawIsCountedAndNamed) {
+  expect_told(run_beside(lamp_clip(45)), 0,
+              {"light as of a passing vehicle at 39.9", "the camera saw none near that time"});
   EXPECT_NE(run_json().find("passes_unseen_by_camera"), std::string::npos);
+}
+
+TEST_F(LateVehicle, AfterTheClipIsNamed) {
+  expect_told(run_beside(lamp_clip(20)), 0,
+              {"1 of the vehicles that passed the photodiodes did so before or after the clip",
+               "a run of the trace alone measures them"});
+  EXPECT_NE(run_json().find("\"passes_outside_clip\": 1"), std::string::npos) << run_json();
+  EXPECT_EQ(lines_of(speeds()), 1U) << speeds();
+}
+
+TEST_F(LateVehicle, AfterAClipThatWasCutShortIsMeasuredByItsLight) {
+  const test::ClipSpec spec{.path = path("cut.mp4"),
+                            .encoder = "libx264",
+                            .width_px = 960,
+                            .height_px = 540,
+                            .frames = 100,
+                            .encoder_options = {{"qp", "0"}},
+                            .muxer_options = {{"movflags", "+faststart"}}};
+  test::write_clip(spec, lamp());
+  std::filesystem::resize_file(spec.path, std::filesystem::file_size(spec.path) * 4 / 5);
+  expect_told(run_beside(spec.path.string()), 4, {"ends early", "measured by their light alone"});
+  EXPECT_NE(speeds().find(",oncoming,,measured,36."), std::string::npos) << speeds();
 }
 
 TEST_F(DeadSensor, ASoundFileGivesWhatItsCsvGives) {
