@@ -7,6 +7,7 @@
 #include "core/quantity.h"
 #include "core/text.h"
 #include "estimate/bearing_fit.h"
+#include "estimate/driving_part.h"
 #include "estimate/hypotheses.h"
 #include "estimate/speed_budget.h"
 #include "estimate/speed_gate.h"
@@ -239,7 +240,8 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& whole, con
     return Miss::too_few_samples;
   }
   const auto nearest = nearest_part(told ? *told : whole, site);
-  const VehicleTrack& track = nearest ? *nearest : told ? *told : whole;
+  const auto driving = driving_part(whole, camera, site);
+  const VehicleTrack& track = nearest ? *nearest : told ? *told : driving ? *driving : whole;
   const auto measured_alone = [](double from_s, double to_s) {
     return "measured from " + fixed_text(from_s, 2) + " to " + fixed_text(to_s, 2) + " s alone";
   };
@@ -253,6 +255,10 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& whole, con
         "followed for longer than the own vehicle's turns can be without yaw rates: " +
         measured_alone(seconds_of(track.sightings.front().time),
                        seconds_of(track.sightings.back().time)));
+  if (driving)
+    warnings.push_back("it stands for a while in view: " +
+                       measured_alone(seconds_of(track.sightings.front().time),
+                                      seconds_of(track.sightings.back().time)));
   if (turns_against_the_road(site, track)) {
     warnings.push_back(
         "the ego trace's yaw rates turn the other way than the road: they are positive to the "
