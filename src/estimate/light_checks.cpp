@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include "estimate/speed_gate.h"
@@ -34,6 +35,43 @@ bool pulses(const PowerTrace& trace, double from_s, double peak_s) {
   double square_w2 = 0.0;
   for (const double bend_w2 : bends_w2) square_w2 += bend_w2 / static_cast<double>(bends_w2.size());
   return std::sqrt(square_w2) > std::max(kLeastShare * mean_w, kTimesNoise * trace.noise_sigma_w);
+}
+
+bool stands(const PowerTrace& trace, double from_s, double peak_s) {
+  constexpr double kMean_s = 0.05, kStands_s = 1.2, kChange_ln = 0.02, kNoise_ln = 0.004;
+  constexpr double kRises_ln = 0.3;
+  struct Mean {
+    double time_s, light_ln;
+  };
+  std::vector<Mean> means;
+  const auto sample_at = [&](double time_s) {
+    return static_cast<std::size_t>(std::ranges::lower_bound(trace.time_s, time_s) -
+                                    trace.time_s.begin());
+  };
+  const std::size_t end = sample_at(peak_s);
+  for (std::size_t first = sample_at(from_s), last = first; first < end; first = last) {
+    double sum_w = 0.0;
+    for (; last < end && trace.time_s[last] < trace.time_s[first] + kMean_s; ++last)
+      sum_w += trace.power_w[last] - trace.ambient_w;
+    const auto samples = static_cast<double>(last - first);
+    const double sigma_w = trace.noise_sigma_w / std::sqrt(samples);
+    if (sum_w / samples > sigma_w / kNoise_ln)
+      means.push_back({trace.time_s[first], std::log(sum_w / samples)});
+  }
+  for (std::size_t first = 0, last = 0; first < means.size(); ++first) {
+    double least_ln = means[first].light_ln, most_ln = least_ln;
+    for (last = first + 1; last < means.size(); ++last) {
+      least_ln = std::min(least_ln, means[last].light_ln);
+      most_ln = std::max(most_ln, means[last].light_ln);
+      if (most_ln - least_ln > kChange_ln) break;
+    }
+    if (last == means.size()) return false;  // the flat top of the light
+    if (means[last - 1].time_s - means[first].time_s < kStands_s) continue;
+    const auto before = std::ranges::min(std::span(means).first(first + 1), {}, &Mean::light_ln);
+    const auto after = std::ranges::max(std::span(means).subspan(first), {}, &Mean::light_ln);
+    if (after.light_ln - most_ln > kRises_ln && least_ln - before.light_ln > kRises_ln) return true;
+  }
+  return false;
 }
 
 double others_std_mps(double share, double speed_mps) {

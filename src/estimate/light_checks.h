@@ -10,6 +10,11 @@ namespace vildar {
 /// unseen. Times are the trace's own.
 bool pulses(const PowerTrace& trace, double from_s, double peak_s);
 
+/// Whether the vehicle stands for a while on its way to the peak: light that stays within 2 %
+/// for 1.2 s, by means of 50 ms that noise moves by 0.4 % at most, is brighter by 0.3 (ln) later,
+/// and was as much less bright before. Times are the trace's own.
+bool stands(const PowerTrace& trace, double from_s, double peak_s);
+
 /// Of a delay's speed, one sigma, where others have this share of the peak: their light draws it
 /// towards their speeds, of the rise their share is about twice as large, and speeds of neighbours
 /// differ by 15 %.

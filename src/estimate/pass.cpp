@@ -276,12 +276,17 @@ VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site&
     result.warnings.push_back(
         "the light jumps from sample to sample, as of lamps that pulse: at this rate its mean "
         "cannot be trusted; a camera beside the photodiodes measures such vehicles");
+  const bool stops = !pulsed && stands(trace, pass.from_s, pass.peak_s);
+  if (stops)
+    result.warnings.push_back(
+        "its light stays the same for a while: the vehicle stands, and the power laws are of one "
+        "that drives steadily; a camera measures it where it drives");
   if (pass.cut_off)
     result.warnings.push_back(
         "the record ends or stops before the vehicle is past: the light of others behind it is not "
         "known");
-  const auto light =
-      pulsed ? Outcome<KnownLight>(Miss::outside_model) : light_of_pass(pass, site, trace, abreast);
+  const auto light = pulsed || stops ? Outcome<KnownLight>(Miss::outside_model)
+                                     : light_of_pass(pass, site, trace, abreast);
   std::vector<Found> methods{
       power_method(curved ? Method::curved_angle_photodiode : Method::power_slope_photodiode, light,
                    &VehicleLight::cleared, power_speed),

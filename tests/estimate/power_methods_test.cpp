@@ -192,6 +192,32 @@ TEST(Pass, OfAVehicleThatComesOutFromBehindSomethingTheRestTells) {
   }
 }
 
+// It had 2 to 4 m/s with sigmas of half of that and more, as it stood.
+TEST(Pass, OfAVehicleThatStandsOnItsWayLightAloneTellsNoSpeed) {
+  Site site = diode_site();
+  site.camera.reset();
+  for (const bool stops : {true, false}) {
+    // From 40 m on 8 m/s, at rest 16 m off from 4 to 7 s, or down to 2 m/s.
+    Vehicle vehicle = kTypical;
+    vehicle.speed_mps = 8.0;
+    vehicle.along_m = 40.0;
+    vehicle.changes = {{2.0, stops ? -4.0 : -3.0}, {4.0, stops ? 4.0 : 3.0}, {7.0, 2.0}};
+    Diode diode = matching_diode();
+    diode.to_s = 10.5;
+    Random random(1);
+    const PowerTrace trace = trace_of(vehicle, site, diode, random);
+    const VehicleResult result =
+        estimate_pass({-0.5, 10.5, stops ? 10.5 : 9.0}, 1, site, {&trace, 1});
+    const bool told = std::ranges::any_of(result.warnings, [](const std::string& warning) {
+      return warning.find("the vehicle stands") != std::string::npos;
+    });
+    EXPECT_EQ(told, stops);
+    if (stops) {
+      EXPECT_EQ(result.withheld, Miss::outside_model);
+    }
+  }
+}
+
 TEST(Pass, OnARoadWithoutOncomingLanesTheVehicleDrivesAway) {
   Site site = diode_site();
   site.camera.reset();
