@@ -108,6 +108,15 @@ void judge_rate(const PowerTrace& trace, const std::string& file, RunSummary& su
   summary.warnings.push_back(fault);
 }
 
+/// What swings back after each vehicle is no light: it passes for other vehicles.
+void judge_coupling(const PowerTrace& trace, const std::string& file) {
+  if (trace.blocks_constant_light)
+    throw InputError(file + ": " + trace.photodiode_id +
+                     " falls below its dark level after vehicles and creeps back, as of an "
+                     "amplifier or a sound card that blocks constant light; record the light "
+                     "itself (coupled for direct current)");
+}
+
 /// What the site file leaves open of photodiodes that are used together.
 void warn_of_open_site(const std::vector<PowerTrace>& traces, const Site& site,
                        const std::string& file, RunSummary& summary) {
@@ -184,7 +193,10 @@ std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
                        "; record the trace again");
     warn_of_open_site(traces, site, file, summary);
     leave_out_dead(file, traces, summary);
-    for (const PowerTrace& trace : traces) judge_rate(trace, file, summary);
+    for (const PowerTrace& trace : traces) {
+      judge_rate(trace, file, summary);
+      judge_coupling(trace, file);
+    }
     for (const PowerTrace& trace : traces) {
       summary.traces.push_back(summary_of(trace));
       warn_of_other_mains(trace, site, file, summary);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "condition/clean_samples.h"
+#include "condition/coupling.h"
 #include "condition/drift.h"
 #include "condition/flashes.h"
 #include "condition/flicker.h"
@@ -80,6 +81,7 @@ std::vector<PowerTrace> condition(PhotodiodeRecording recording, const Site& sit
     if (unit_w != 1.0)
       for (float& power_w : trace.power_w) power_w = static_cast<float>(power_w * unit_w);
     set_noise(trace);
+    trace.blocks_constant_light = blocks_constant_light(trace);
     if (const std::int64_t negative = drop_negative(trace); negative > 0) {
       trace.rejected["negative"] = negative;
       set_noise(trace);

@@ -225,14 +225,14 @@ TEST(Traffic, DryRoadOtherSeeds) {
   EXPECT_LE(100 * combined(all.own).clear.id_switches, all.vehicles);
 }
 
-// What is reached, not what is wanted (0.99 found, nothing false, one switch in 100):
-// docs/tracking.md tells what falls short on wet roads and why.
+// One switch in 60 vehicles is what is reached on wet roads; wanted is one in 100:
+// docs/tracking.md tells why.
 TEST(Traffic, WetRoadOtherSeeds) {
   const Totals all =
       other_seeds(true, {9000, 15000, 23000, 31000, 41000, 53000, 67000, 79000, 83000});
-  EXPECT_GE(all.found, 0.985 * all.near_and_long);
-  EXPECT_LE(all.false_measured, 1);
-  EXPECT_LE(80 * combined(all.own).clear.id_switches, all.vehicles);
+  EXPECT_GE(all.found, 0.99 * all.near_and_long);
+  EXPECT_EQ(all.false_measured, 0);
+  EXPECT_LE(60 * combined(all.own).clear.id_switches, all.vehicles);
 }
 
 }  // namespace

@@ -1,0 +1,92 @@
+#include "condition/coupling.h"
+
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "condition/noise.h"
+#include "core/random.h"
+
+namespace vildar {
+namespace {
+
+constexpr double kRate_hz = 1000.0, kDark_w = 5e-9, kNoise_w = 1e-10;
+
+struct Passing {
+  double at_s, speed_mps;
+};
+
+/// Vehicles that are gone within 0.3 s of their nearest, over a dark level with noise.
+std::vector<double> light_of(const std::vector<Passing>& vehicles, double duration_s) {
+  std::vector<double> light_w;
+  for (int k = 0; k < static_cast<int>(duration_s * kRate_hz); ++k) {
+    light_w.push_back(kDark_w);
+    for (const Passing& one : vehicles) {
+      const double ahead_m = one.speed_mps * (one.at_s - k / kRate_hz);
+      const double fades = ahead_m > 0.0 ? 1.0 : std::exp(ahead_m);
+      light_w.back() += fades * 1e-4 / (ahead_m * ahead_m + 25.0);
+    }
+  }
+  return light_w;
+}
+
+PowerTrace trace_of(const std::vector<double>& light_w) {
+  Random random(7);
+  PowerTrace trace;
+  for (std::size_t k = 0; k < light_w.size(); ++k) {
+    trace.time_s.push_back(static_cast<double>(k) / kRate_hz);
+    trace.power_w.push_back(static_cast<float>(light_w[k] + random.normal(0.0, kNoise_w)));
+  }
+  set_noise(trace);
+  return trace;
+}
+
+/// A high pass of first order, as a capacitor is one.
+std::vector<double> through_capacitor(const std::vector<double>& light_w, double corner_hz) {
+  const double keeps = std::exp(-2.0 * M_PI * corner_hz / kRate_hz);
+  std::vector<double> passed{0.0};
+  for (std::size_t k = 1; k < light_w.size(); ++k)
+    passed.push_back(keeps * passed.back() + light_w[k] - light_w[k - 1]);
+  return passed;
+}
+
+TEST(BlocksConstantLight, IsToldByTheSwingAfterAVehicle) {
+  for (const double corner_hz : {0.02, 0.05, 0.2, 1.0, 5.0, 20.0})
+    for (const auto& vehicles :
+         {std::vector<Passing>{{10.0, 20.0}}, {{10.0, 8.0}, {25.0, 30.0}, {40.0, 15.0}}}) {
+      const auto light_w = light_of(vehicles, 50.0);
+      EXPECT_TRUE(blocks_constant_light(trace_of(through_capacitor(light_w, corner_hz))))
+          << corner_hz << " Hz, " << vehicles.size();
+    }
+}
+
+TEST(BlocksConstantLight, LightItselfDoesNotSwing) {
+  for (const auto& vehicles : {std::vector<Passing>{},
+                               {{10.0, 20.0}},
+                               {{10.0, 8.0}, {25.0, 30.0}, {40.0, 15.0}},
+                               {{10.0, 15.0}, {12.5, 15.0}, {15.0, 15.0}, {17.5, 15.0}},
+                               {{10.0, 25.0}, {11.0, 25.0}, {14.0, 3.0}, {30.0, 20.0}}})
+    for (const double lasts_s : {50.0, 16.0})
+      EXPECT_FALSE(blocks_constant_light(trace_of(light_of(vehicles, lasts_s))))
+          << vehicles.size() << ", " << lasts_s << " s";
+}
+
+TEST(BlocksConstantLight, AmbientThatFallsAndRisesIsNoSwing) {
+  for (const double period_s : {3.0, 20.0, 60.0}) {
+    auto light_w = light_of({{10.0, 20.0}, {25.0, 20.0}, {40.0, 20.0}}, 50.0);
+    for (std::size_t k = 0; k < light_w.size(); ++k)
+      light_w[k] +=
+          3e-7 * (1.0 + std::sin(2.0 * M_PI * static_cast<double>(k) / kRate_hz / period_s));
+    EXPECT_FALSE(blocks_constant_light(trace_of(light_w))) << period_s;
+  }
+}
+
+TEST(BlocksConstantLight, ATraceOfNothingTellsNothing) {
+  EXPECT_FALSE(blocks_constant_light({}));
+  EXPECT_FALSE(blocks_constant_light(trace_of({1e-9, 2e-9, 3e-9})));
+}
+
+}  // namespace
+}  // namespace vildar
