@@ -49,7 +49,7 @@ void add_unseen_passes(const Site& site, std::span<const PowerTrace> traces, con
                        std::vector<VehicleResult>& vehicles, RunSummary& summary) {
   if (traces.empty()) return;
   std::int64_t unseen = 0;
-  std::vector<PowerPass> outside;
+  std::vector<PowerPass> outside, after;
   for (const PowerPass& pass : passes_of(traces)) {
     const PhotodiodeSite& photodiode = site.photodiodes[static_cast<std::size_t>(pass.photodiode)];
     const double peak_s = pass.peak_s + photodiode.time_offset_s.mean;
@@ -59,6 +59,7 @@ void add_unseen_passes(const Site& site, std::span<const PowerTrace> traces, con
       continue;
     if (peak_s < 0.0 || peak_s > clip.end_s) {
       outside.push_back(pass);
+      if (peak_s > clip.end_s) after.push_back(pass);
       continue;
     }
     ++unseen;
@@ -73,14 +74,15 @@ void add_unseen_passes(const Site& site, std::span<const PowerTrace> traces, con
   const std::string text = std::to_string(outside.size()) + " of the vehicles that passed the " +
                            "photodiodes did so before or after the clip (0 to " +
                            fixed_text(clip.end_s, 2) + " s); ";
-  if (!clip.truncated) {
+  if (!clip.truncated || after.empty()) {
     summary.warnings.push_back(text + "a run of the trace alone measures them");
     return;
   }
-  summary.warnings.push_back(text + "as it ends early, they are measured by their light alone");
+  summary.warnings.push_back(text +
+                             "as it ends early, those after it are measured by their light alone");
   int last_id = 0;
   for (const VehicleResult& vehicle : vehicles) last_id = std::max(last_id, vehicle.track_id);
-  for (const PowerPass& pass : outside) {
+  for (const PowerPass& pass : after) {
     throw_if_interrupted();
     vehicles.push_back(estimate_pass(pass, ++last_id, site, traces));
   }

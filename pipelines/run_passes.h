@@ -23,8 +23,8 @@ struct SeenClip {
 };
 
 /// Counts and warns of passes at which no vehicle of the camera's was near. Within the clip: one
-/// out of its view, or one that it missed. Before or after it: measured by their light alone where
-/// the clip was cut short, and added to `vehicles`.
+/// out of its view, or one that it missed. Those after a clip that was cut short
+/// are measured by their light alone, and added to `vehicles`.
 void add_unseen_passes(const Site& site, std::span<const PowerTrace> traces, const SeenClip& clip,
                        std::vector<VehicleResult>& vehicles, RunSummary& summary);
 

@@ -23,7 +23,7 @@ namespace vildar {
 /// - `stuck`: a value held for 0.05 s or more, longer than the noise about it allows (a hang);
 /// - `negative`: samples below zero by far more than the noise and the darkest part explain;
 /// - `spike`: one or two samples that stand out of those about them as no light of a vehicle does;
-/// - `flash`: of lightning or a camera, until the light is what it was.
+/// - `flash`: of lightning or a camera, for twice the time until the light is what it was.
 ///
 /// `ambient_w` is the level of the darkest part of the trace in 50 ms means (whole periods of 100
 /// and 120 Hz flicker), or the floor that light of a vehicle falls to; `ambient_sigma_w` covers the

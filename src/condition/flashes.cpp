@@ -34,7 +34,10 @@ class Looks {
   /// The flash that begins with sample i > 0.
   std::optional<Flash> flash_at(std::size_t i) const {
     constexpr double kBackTo = 0.1, kLateToEarly = 0.4;  // of its height
+    constexpr double kMostGap = 4.0;                     // periods
     const std::size_t last = std::min(i + samples_in(kLongest_s, 4), trace_.power_w.size());
+    if (trace_.time_s[i] - trace_.time_s[i - 1] > kMostGap * trace_.sample_period_s)
+      return std::nullopt;
     const double before_w = mean_w(i - std::min(i, step_), i);
     const double height_w = *std::max_element(at(i), at(std::min(i + rise_, last))) - before_w;
     if (height_w < std::max(jump_w_, before_w - dark_w_)) return std::nullopt;
@@ -46,7 +49,9 @@ class Looks {
     const bool fades =
         half == i || mean_w(half, *end) - before_w < kLateToEarly * (mean_w(i, half) - before_w);
     // The rest of its fading is hidden in other light.
-    const std::size_t until = std::min(*end + (*end - i), trace_.power_w.size());
+    const double until_s = 2.0 * trace_.time_s[*end] - trace_.time_s[i];
+    std::size_t until = *end;
+    while (until < trace_.power_w.size() && trace_.time_s[until] < until_s) ++until;
     return Flash{{i, until - i}, fades};
   }
   bool jumps_at(std::size_t i) const {
@@ -113,7 +118,7 @@ std::int64_t drop_flashes(PowerTrace& trace) {
     if (!looks.jumps_at(i)) continue;
     if (const auto flash = looks.flash_at(i)) {
       flashes.push_back(*flash);
-      i += flash->samples.count;
+      i += flash->samples.count - 1;
     }
   }
   return drop_ranges(trace, single(trace, flashes));

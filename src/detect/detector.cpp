@@ -296,7 +296,9 @@ std::optional<FrameLight> Detector::State::look(const Frame& frame, bool dim_red
   rules.least_valley_codes = static_cast<int>(
       std::ceil(std::max(options.min_valley_fraction * span, kValleySigma * levels.noise_codes)));
   rules.min_area_px = options.min_area_px;
-  const auto threshold = static_cast<std::size_t>(levels.threshold_code);
+  // It may be above the deepest code, where nothing is bright.
+  const std::size_t threshold =
+      std::min(static_cast<std::size_t>(levels.threshold_code), sigma.size() - 1);
   rules.noise_codes = sigma[threshold] / std::max(slope[threshold], 1e-9f);
   rules.upright = frame.rotation_deg == 0;
   rules.half_code = half_code;

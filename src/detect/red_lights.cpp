@@ -115,9 +115,8 @@ void RedLights::add_to(PeakFinder& finder, const Frame& frame, const Levels& lev
   find_runs(red_, static_cast<int>(std::ceil(least_red)), red_runs_);
   if (red_runs_.empty()) return;
   group_runs(red_runs_, red_groups_);
-  if (red_groups_.count() > kMostLights) return;
   rules.noise_codes = levels.noise_codes;
-  const std::size_t bright = finder.peaks().size();
+  places_.clear();
   for (std::size_t g = 0; g < red_groups_.count(); ++g) {
     const auto red = group_of(red_groups_, g);
     const PixelBox at = box_of(red_runs_, red);
@@ -133,9 +132,11 @@ void RedLights::add_to(PeakFinder& finder, const Frame& frame, const Levels& lev
         grown({at.u_min << chroma.shift_u, at.v_min << chroma.shift_v,
                ((at.u_max + 1) << chroma.shift_u) - 1, ((at.v_max + 1) << chroma.shift_v) - 1},
               kMargin_px, luma);
-    const auto known = finder.peaks().begin();
-    if (std::any_of(known, known + static_cast<std::ptrdiff_t>(bright),
-                    [&](const Peak& peak) { return meet(peak.box, box); }))
+    places_.push_back(box);
+  }
+  if (places_.size() > kMostLights) return;
+  for (const PixelBox& box : places_) {
+    if (std::ranges::any_of(finder.peaks(), [&](const Peak& peak) { return meet(peak.box, box); }))
       continue;
     find_pixels(luma, box, levels);
     if (runs_.empty()) continue;

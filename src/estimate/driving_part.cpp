@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "estimate/camera_view.h"
 
 namespace vildar {
@@ -14,10 +16,10 @@ constexpr int kFewestFrames = 12;
 
 struct Place {
   std::size_t sighting;
-  double time_s, along_m, along_sigma_m;
+  double time_s, along_m, beside_m, along_sigma_m;
 };
 
-// Along the road from the camera, by the elevation of what is seen of the vehicle.
+// In front of the camera and beside it, by the elevation of what is seen of the vehicle.
 std::vector<Place> places_of(const VehicleTrack& track, const Camera& camera, const Site& site,
                              double over_lamps_m) {
   constexpr double kLeastDown_rad = 1e-3, kSigma_px = 0.3;
@@ -30,7 +32,8 @@ std::vector<Place> places_of(const VehicleTrack& track, const Camera& camera, co
     const auto& at_rad = row.bearing_rad ? row.bearing_rad : lamp_rad;
     if (!at_rad || -at_rad->y() < kLeastDown_rad) continue;
     const double along_m = over_lamps_m / std::tan(-at_rad->y()) * std::cos(at_rad->x());
-    places.push_back({i, row.time_s, along_m, along_m * along_m / over_lamps_m * sigma_rad});
+    places.push_back({i, row.time_s, along_m, along_m * std::tan(at_rad->x()),
+                      along_m * along_m / over_lamps_m * sigma_rad});
   }
   return places;
 }
@@ -40,12 +43,15 @@ std::vector<char> stands(const std::vector<Place>& places) {
   std::vector<char> found(places.size(), 0);
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (kSigmas * places[i].along_sigma_m > kStands_m) continue;
-    double least_m = places[i].along_m, most_m = least_m;
+    const auto at_m = [&](std::size_t k) {
+      return Eigen::Array2d(places[k].along_m, places[k].beside_m);
+    };
+    Eigen::Array2d least_m = at_m(i), most_m = least_m;
     std::size_t last = i;
     while (last + 1 < places.size() && places[last + 1].time_s - places[last].time_s < kMostGap_s) {
-      least_m = std::min(least_m, places[last + 1].along_m);
-      most_m = std::max(most_m, places[last + 1].along_m);
-      if (most_m - least_m > kStands_m) break;
+      least_m = least_m.min(at_m(last + 1));
+      most_m = most_m.max(at_m(last + 1));
+      if ((most_m - least_m).maxCoeff() > kStands_m) break;
       ++last;
       if (places[last].time_s - places[i].time_s < kStands_s) continue;
       std::fill(found.begin() + static_cast<std::ptrdiff_t>(i),

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <vector>
 
 #include "estimate/speed_gate.h"
@@ -39,7 +38,7 @@ bool pulses(const PowerTrace& trace, double from_s, double peak_s) {
 
 bool stands(const PowerTrace& trace, double from_s, double peak_s) {
   constexpr double kMean_s = 0.05, kStands_s = 1.2, kChange_ln = 0.02, kNoise_ln = 0.004;
-  constexpr double kRises_ln = 0.3;
+  constexpr double kRises_ln = 0.3, kMostGap_s = 0.3;
   struct Mean {
     double time_s, light_ln;
   };
@@ -58,18 +57,26 @@ bool stands(const PowerTrace& trace, double from_s, double peak_s) {
     if (sum_w / samples > sigma_w / kNoise_ln)
       means.push_back({trace.time_s[first], std::log(sum_w / samples)});
   }
-  for (std::size_t first = 0, last = 0; first < means.size(); ++first) {
+  std::vector<double> least_before_ln, most_after_ln(means.size());
+  for (std::size_t i = 0; i < means.size(); ++i)
+    least_before_ln.push_back(i == 0 ? means[i].light_ln
+                                     : std::min(least_before_ln[i - 1], means[i].light_ln));
+  for (std::size_t i = means.size(); i-- > 0;)
+    most_after_ln[i] = i + 1 == means.size() ? means[i].light_ln
+                                             : std::max(most_after_ln[i + 1], means[i].light_ln);
+  for (std::size_t first = 0; first < means.size(); ++first) {
     double least_ln = means[first].light_ln, most_ln = least_ln;
-    for (last = first + 1; last < means.size(); ++last) {
-      least_ln = std::min(least_ln, means[last].light_ln);
-      most_ln = std::max(most_ln, means[last].light_ln);
+    for (std::size_t next = first + 1; next < means.size(); ++next) {
+      if (means[next].time_s - means[next - 1].time_s > kMostGap_s) break;
+      least_ln = std::min(least_ln, means[next].light_ln);
+      most_ln = std::max(most_ln, means[next].light_ln);
       if (most_ln - least_ln > kChange_ln) break;
+      if (means[next].time_s - means[first].time_s < kStands_s) continue;
+      if (most_after_ln[next] - most_ln > kRises_ln &&
+          least_ln - least_before_ln[first] > kRises_ln)
+        return true;
+      break;
     }
-    if (last == means.size()) return false;  // the flat top of the light
-    if (means[last - 1].time_s - means[first].time_s < kStands_s) continue;
-    const auto before = std::ranges::min(std::span(means).first(first + 1), {}, &Mean::light_ln);
-    const auto after = std::ranges::max(std::span(means).subspan(first), {}, &Mean::light_ln);
-    if (after.light_ln - most_ln > kRises_ln && least_ln - before.light_ln > kRises_ln) return true;
   }
   return false;
 }

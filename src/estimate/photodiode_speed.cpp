@@ -35,7 +35,8 @@ bool in_front(const PowerCase& known, double mean_w, double time_s, const Trajec
 }
 
 // What a house or the rim of the photodiode's view lets in or takes away at once is no lamp's way.
-void keep_between_edges(PowerSeries& series, std::vector<PowerBlock> blocks) {
+// Light that is edges all along stays as it is: the fit says what it is worth.
+void keep_series_between_edges(PowerSeries& series, std::vector<PowerBlock> blocks) {
   keep_between_edges(blocks, 0.0);
   if (blocks.empty()) return;
   const auto index_of = [&](double time_s) {
@@ -81,7 +82,7 @@ PowerSeries usable_power(const PowerTrace& trace, const Uncertain& ambient_w, do
     }
     first = last;
   }
-  keep_between_edges(series, std::move(blocks));
+  keep_series_between_edges(series, std::move(blocks));
   return series;
 }
 

@@ -334,6 +334,7 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   if (held < kFewestSingle) return Verdict::undecided;
   const double clipped_share = clipped / held;
   LoneLight light;
+  // What rides on a body has no image on the road.
   light.riding_share = riding_share * (1.0 - imaged_share);
   light.mirrored_share = std::max(mirrored_share, share_of(&LampRecord::streak));
   light.below_share = std::min(lamp.below.share(), lamp.below.share_of_all());

@@ -22,7 +22,7 @@ class Body {
     const LampPlace at = view.place(body.middle_px_);
     Eigen::Matrix2d axes;
     axes << at.across_px, at.down_px;
-    if (!(std::abs(axes.determinant()) > 1e-9)) return std::nullopt;
+    if (!(std::abs(axes.determinant()) > 1e-9) || !(inverse_depth_per_m > 0.0)) return std::nullopt;
     body.inverse_depth_per_m_ = inverse_depth_per_m;
     body.metres_ = axes.inverse() / inverse_depth_per_m;
     body.back_per_m_ = -axes.inverse() * at.toward_px;
@@ -110,7 +110,8 @@ bool changes_place_on_body(const Lamp& light, const Vehicle& vehicle, const Road
     };
     const Eigen::Vector2d first_m = place_m(0), moved_m = place_m(2) - first_m;
     const double halfway = (place_m(1) - first_m).dot(moved_m) / moved_m.squaredNorm();
-    if (moved_m.norm() < most_m || halfway < kLeastHalfway || halfway > kMostHalfway) return false;
+    if (!(moved_m.norm() >= most_m) || halfway < kLeastHalfway || halfway > kMostHalfway)
+      return false;
   }
   return true;
 }

@@ -35,7 +35,8 @@ struct LumaView {
   }
 };
 
-/// Chroma planes belonging to a LumaView, read only inside blobs. Absent for grey clips.
+/// Chroma planes belonging to a LumaView; Cr is looked through for red lights, the rest is read only
+/// inside blobs. Absent for grey clips.
 struct ChromaView {
   const std::uint8_t* cb = nullptr;
   const std::uint8_t* cr = nullptr;

@@ -1,7 +1,6 @@
 #include "condition/coupling.h"
 
 #include <cmath>
-#include <functional>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -81,6 +80,35 @@ TEST(BlocksConstantLight, AmbientThatFallsAndRisesIsNoSwing) {
           3e-7 * (1.0 + std::sin(2.0 * M_PI * static_cast<double>(k) / kRate_hz / period_s));
     EXPECT_FALSE(blocks_constant_light(trace_of(light_w))) << period_s;
   }
+}
+
+// Light of the next one, which falls off with a power of 1.21 alone, rises almost straight.
+TEST(BlocksConstantLight, NeitherDoStreamsOfVehiclesInNoise) {
+  for (const double speed_mps : {5.0, 8.0, 12.0})
+    for (const double every_s : {6.0, 10.0, 12.0})
+      for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+        Random random(seed);
+        PowerTrace trace;
+        for (int k = 0; k < 60'000; ++k) {
+          const double time_s = k / kRate_hz;
+          double light_w = 0.0;
+          for (double at_s = 5.0; at_s < 90.0; at_s += every_s) {
+            const double ahead_m = speed_mps * (at_s - time_s);
+            if (ahead_m > 0.0) light_w += std::pow(ahead_m * ahead_m + 25.0, -0.605);
+          }
+          trace.time_s.push_back(time_s);
+          trace.power_w.push_back(static_cast<float>(light_w + random.normal(0.0, 1.4e-3)));
+        }
+        set_noise(trace);
+        EXPECT_FALSE(blocks_constant_light(trace))
+            << speed_mps << " m/s, " << every_s << " s, " << seed;
+      }
+}
+
+TEST(BlocksConstantLight, NorDoesASpikeBelowDark) {
+  auto light_w = light_of({{10.0, 20.0}}, 20.0);
+  for (std::size_t k = 10'500; k < 10'503; ++k) light_w[k] -= 1e-6;
+  EXPECT_FALSE(blocks_constant_light(trace_of(light_w)));
 }
 
 TEST(BlocksConstantLight, ATraceOfNothingTellsNothing) {

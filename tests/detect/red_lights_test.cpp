@@ -1,3 +1,5 @@
+#include "detect/red_lights.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -78,6 +80,34 @@ TEST(RedLights, ATailLampThatIsHardlyBrighterThanTheNoiseIsFoundByItsColour) {
       EXPECT_NEAR(blobs[0].centre_px.x(), kU_px, 1.0) << seed;
       EXPECT_NEAR(blobs[0].centre_px.y(), kV_px, 1.0) << seed;
     }
+}
+
+// The threshold is above the deepest code there.
+TEST(RedLights, FramesThatAreBrightAllOverHaveNoLights) {
+  for (const int bit_depth : {8, 10}) {
+    const auto white = static_cast<std::uint8_t>((1 << bit_depth) - 1);
+    std::vector<std::uint8_t> plane(2 * std::size_t{kWidth_px} * kHeight_px, white);
+    if (bit_depth > 8)
+      for (std::size_t i = 1; i < plane.size(); i += 2) plane[i] = 3;
+    for (const bool coloured : {false, true}) {
+      Frame frame = red_frame(disc);
+      frame.luma.data = plane.data();
+      frame.luma.bit_depth = bit_depth;
+      frame.luma.stride_bytes = kWidth_px * frame.luma.bytes_per_sample();
+      frame.luma.black_code = 0;
+      frame.luma.white_code = (1 << bit_depth) - 1;
+      if (!coloured) frame.chroma = {};
+      EXPECT_TRUE(blobs_in(frame).empty()) << bit_depth;
+    }
+  }
+}
+
+// One lamp of which a column of colour is missing.
+TEST(RedLights, ColourThatABreakPartsIsOneLamp) {
+  Frame frame = red_frame(disc);
+  auto* cr = const_cast<std::uint8_t*>(frame.chroma.cr);
+  for (int v = 0; v < kHeight_px / 2; ++v) cr[v * kWidth_px / 2 + 75] = 128;
+  EXPECT_EQ(blobs_in(frame).size(), 1U);
 }
 
 TEST(RedLights, WhereLumaShowsALampThereIsNoSecondOne) {

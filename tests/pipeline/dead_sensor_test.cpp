@@ -150,7 +150,7 @@ TEST_F(LateVehicle, AfterAClipThatWasCutShortIsMeasuredByItsLight) {
                             .muxer_options = {{"movflags", "+faststart"}}};
   test::write_clip(spec, lamp());
   std::filesystem::resize_file(spec.path, std::filesystem::file_size(spec.path) * 4 / 5);
-  expect_told(run_beside(spec.path.string()), 4, {"ends early", "measured by their light alone"});
+  expect_told(run_beside(spec.path.string()), 4, {"ends early", "are measured by their light alone"});
   EXPECT_NE(speeds().find(",oncoming,,measured,36."), std::string::npos) << speeds();
 }
 

@@ -94,8 +94,7 @@ TEST(LookAlikes, ALightFarFainterThanTheLampsBehindItIsWhatTheyLight) {
   }
 }
 
-// A light between a pair's lamps and above them, at `above_m` over them and `behind_m` farther
-// away; with an image of its own or without.
+// A light between a pair's lamps, `above_m` over them and `behind_m` farther away.
 double riding_share(double above_m, double behind_m) {
   const scene::OneCar road;
   constexpr std::int64_t kFrames = 80;
