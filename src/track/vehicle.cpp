@@ -345,6 +345,10 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
       1.0 - held / static_cast<double>(lamp.records.back().frame - lamp.records.front().frame + 1);
   light.paired_share = lamp.paired_sightings / (lamp.paired_sightings + held);
   light.off_course_share = off_course_share(lamp.records, view);
+  // With an image of its own or without, what rides on a body and has no course of its own is its
+  // glint.
+  constexpr double kStrays = 0.3;
+  if (riding_share > kShare && light.off_course_share > kStrays) return Verdict::reflection;
   light.clipped_share = clipped_share;
   light.lamps_clip = lights.usually_clips(lamp.kind());
   const auto usual = lights.at_least(lamp.kind());

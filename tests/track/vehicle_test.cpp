@@ -161,6 +161,22 @@ TEST(JudgeSingle, WhatHasItsOwnImageOnTheRoadIsOnNoBody) {
   }
 }
 
+// Two looks of five at another glint.
+TEST(JudgeSingle, AnImageDoesNotMakeALampOfWhatRidesAndStrays) {
+  const Road road;
+  for (const bool rides : {false, true}) {
+    Lamp lamp = road.lamp(0, 60, -4.0);
+    for (int look = 0; look < 60; ++look) lamp.on_vehicle.add(rides && look % 3 > 0, 12);
+    for (std::size_t i = 0; i < lamp.records.size(); ++i) {
+      lamp.records[i].casts_image = true;
+      if (i % 5 < 2) lamp.records[i].at_px.x() += 9.0;
+    }
+    VehicleTrack track;
+    EXPECT_EQ(judge_single(lamp, road.view, {}, {}, track),
+              rides ? Verdict::reflection : Verdict::vehicle);
+  }
+}
+
 // Far off it and a lamp of the car beside it moved as one vehicle's.
 TEST(JudgeSingle, ALightOnceTakenForOneOfAPairIsALampIfItIsLongAlone) {
   const Road road;
