@@ -22,9 +22,9 @@ struct SeenClip {
   bool truncated = false;  ///< it ends before the recording did
 };
 
-/// Counts and warns of passes at which no vehicle of the camera's was near. Within the clip: one
-/// out of its view, or one that it missed. Those after a clip that was cut short
-/// are measured by their light alone, and added to `vehicles`.
+/// Counts and warns of passes at which no vehicle of the camera's was near: within the clip one out
+/// of its view, or one that it missed. Those after a clip that was cut short are measured by their
+/// light alone, and added to `vehicles`.
 void add_unseen_passes(const Site& site, std::span<const PowerTrace> traces, const SeenClip& clip,
                        std::vector<VehicleResult>& vehicles, RunSummary& summary);
 

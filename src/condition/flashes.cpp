@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "condition/noise.h"
 #include "condition/sample_ranges.h"
 
 namespace vildar {

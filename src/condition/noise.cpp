@@ -263,4 +263,12 @@ void set_ambient(PowerTrace& trace) {
   trace.ambient_sigma_w = dark.sigma_w;
 }
 
+float dark_level_w(const std::vector<float>& power_w) {
+  constexpr std::size_t kEnough = std::size_t{1} << 14;
+  std::vector<double> some_w;
+  for (std::size_t i = 0; i < power_w.size(); i += power_w.size() / kEnough + 1)
+    some_w.push_back(power_w[i]);
+  return static_cast<float>(quantile_of(some_w, 0.1));
+}
+
 }  // namespace vildar

@@ -20,4 +20,7 @@ void set_noise(PowerTrace& trace);
 /// trace without any stays as it is.
 void set_ambient(PowerTrace& trace);
 
+/// Level of the darkest tenth.
+float dark_level_w(const std::vector<float>& power_w);
+
 }  // namespace vildar

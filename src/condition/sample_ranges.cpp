@@ -1,7 +1,5 @@
 #include "condition/sample_ranges.h"
 
-#include "condition/noise.h"
-
 namespace vildar {
 
 std::int64_t drop_ranges(PowerTrace& trace, const std::vector<SampleRange>& ranges) {
@@ -22,14 +20,6 @@ std::int64_t drop_ranges(PowerTrace& trace, const std::vector<SampleRange>& rang
   trace.time_s.resize(kept);
   trace.power_w.resize(kept);
   return static_cast<std::int64_t>(dropped);
-}
-
-float dark_level_w(const std::vector<float>& power_w) {
-  constexpr std::size_t kEnough = std::size_t{1} << 14;
-  std::vector<double> some_w;
-  for (std::size_t i = 0; i < power_w.size(); i += power_w.size() / kEnough + 1)
-    some_w.push_back(power_w[i]);
-  return static_cast<float>(quantile_of(some_w, 0.1));
 }
 
 }  // namespace vildar

@@ -18,7 +18,4 @@ struct SampleRange {
 /// samples taken out.
 std::int64_t drop_ranges(PowerTrace& trace, const std::vector<SampleRange>& ranges);
 
-/// Level of the darkest tenth.
-float dark_level_w(const std::vector<float>& power_w);
-
 }  // namespace vildar

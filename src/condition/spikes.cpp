@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "condition/noise.h"
 #include "condition/sample_ranges.h"
 
 namespace vildar {

@@ -1,5 +1,6 @@
 #include "track/look_alikes.h"
 
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -94,36 +95,44 @@ TEST(LookAlikes, ALightFarFainterThanTheLampsBehindItIsWhatTheyLight) {
   }
 }
 
+// A lamp that is at `at_m(frame)` in the world, followed from frame 0 to `last`.
+Lamp followed(const scene::OneCar& road, std::int64_t last, double flux,
+              const std::function<Eigen::Vector3d(std::int64_t)>& at_m) {
+  std::optional<Lamp> lamp;
+  for (std::int64_t frame = 0; frame <= last; ++frame) {
+    Blob blob;
+    blob.centre_px = *road.camera.project(at_m(frame));
+    blob.flux = flux;
+    blob.kind = LampKind::headlamp;
+    const Spot spot{&blob, *road.view.spot_from_pixel(blob.centre_px), 0.5, blob.centre_px,
+                    blob.centre_sigma_px};
+    if (!lamp) {
+      lamp.emplace(spot, road.view.place(spot.at_px), frame, road.time_at(frame), road.view);
+    } else {
+      lamp->predict(0.04, road.view);
+      lamp->update(spot, frame, road.time_at(frame));
+    }
+  }
+  return *lamp;
+}
+
+double along_m(std::int64_t frame) { return 70.0 - 0.5 * static_cast<double>(frame); }
+
 // A light between a pair's lamps, `above_m` over them and `behind_m` farther away.
 double riding_share(double above_m, double behind_m) {
   const scene::OneCar road;
   constexpr std::int64_t kFrames = 80;
-  std::optional<Lamp> light, left, right;
-  for (std::int64_t frame = 0; frame <= kFrames; ++frame) {
-    const double x_m = 70.0 - 0.5 * static_cast<double>(frame);
-    const auto follow = [&](std::optional<Lamp>& lamp, const Eigen::Vector3d& at_m) {
-      Blob blob;
-      blob.centre_px = *road.camera.project(at_m);
-      blob.flux = 100.0;
-      blob.kind = LampKind::headlamp;
-      const Spot spot{&blob, *road.view.spot_from_pixel(blob.centre_px), 0.5, blob.centre_px,
-                      blob.centre_sigma_px};
-      if (!lamp) {
-        lamp.emplace(spot, road.view.place(spot.at_px), frame, road.time_at(frame), road.view);
-      } else {
-        lamp->predict(0.04, road.view);
-        lamp->update(spot, frame, road.time_at(frame));
-      }
-    };
-    follow(left, {x_m, -3.4, 0.68});
-    follow(right, {x_m, -4.6, 0.68});
-    follow(light, {x_m + behind_m, -4.0, 0.68 + above_m});
-  }
-  const PairFit fit = road.view.fit_pair(left->at_px(), right->at_px(), 1.0);
+  const auto lamp_at = [&](double y_m, double over_m, double back_m) {
+    return followed(road, kFrames, 100.0, [=](std::int64_t frame) {
+      return Eigen::Vector3d(along_m(frame) + back_m, y_m, 0.68 + over_m);
+    });
+  };
+  Lamp left = lamp_at(-3.4, 0.0, 0.0), right = lamp_at(-4.6, 0.0, 0.0);
+  const PairFit fit = road.view.fit_pair(left.at_px(), right.at_px(), 1.0);
   Lamps lamps;
-  lamps.push_back(std::make_unique<Lamp>(*light));
+  lamps.push_back(std::make_unique<Lamp>(lamp_at(-4.0, above_m, behind_m)));
   Vehicles vehicles;
-  vehicles.push_back(std::make_unique<Vehicle>(scene::vehicle_of(*left, *right)));
+  vehicles.push_back(std::make_unique<Vehicle>(scene::vehicle_of(left, right)));
   vehicles[0]->inverse_depth_per_m = fit.inverse_depth_per_m;
   vehicles[0]->width_per_depth = fit.width_per_depth;
   note_look_alikes(lamps, {}, vehicles, road.view, kFrames);
@@ -140,23 +149,9 @@ TEST(LookAlikes, WhatRidesOnABodyKeepsItsPlaceThere) {
 // A light that seems at lamp height and `nearer` times as near as the lamps, in the column of one
 // at y_m.
 Lamp light_below(const scene::OneCar& road, std::int64_t last, double y_m, double nearer) {
-  std::optional<Lamp> light;
-  for (std::int64_t frame = 0; frame <= last; ++frame) {
-    Blob blob;
-    const double x_m = (70.0 - 0.5 * static_cast<double>(frame)) / nearer;
-    blob.centre_px = *road.camera.project({x_m, y_m / nearer, 0.68});
-    blob.flux = 50.0;
-    blob.kind = LampKind::headlamp;
-    const Spot spot{&blob, *road.view.spot_from_pixel(blob.centre_px), 0.5, blob.centre_px,
-                    blob.centre_sigma_px};
-    if (!light) {
-      light.emplace(spot, road.view.place(spot.at_px), frame, road.time_at(frame), road.view);
-    } else {
-      light->predict(0.04, road.view);
-      light->update(spot, frame, road.time_at(frame));
-    }
-  }
-  return *light;
+  return followed(road, last, 50.0, [=](std::int64_t frame) {
+    return Eigen::Vector3d(along_m(frame) / nearer, y_m / nearer, 0.68);
+  });
 }
 
 // Of light on the road from the lamp all the way to the camera, what is four lamp heights below the
