@@ -14,7 +14,8 @@
 namespace vildar {
 namespace {
 
-constexpr double kFaintPair = 2.5, kFaintSingle = 1.5;
+constexpr double kFaintPair = 2.5, kFaintSingle = 1.5, kUnderTailLamps = 1.0;
+constexpr double kHiddenByClippingLn = 2.0;  // a clipped lamp is at least as bright as measured
 constexpr double kLeastPairShare = 0.15, kLeastPairShareMoving = 0.3;
 constexpr double kNotWhite = -1.2;      // ln of the odds of a tail lamp: warm white has -1.8
 constexpr double kMostPairChi2 = 30.0;  // of one frame, about 2 degrees of freedom
@@ -57,17 +58,18 @@ double slope_of(const std::vector<double>& times, const std::vector<double>& val
   return spread > 0.0 ? (stv - st * sv / n) / spread : 0.0;
 }
 
+// By how much lamps may be under the usual strength, and headlamps under that of tail lamps.
+struct Allowance {
+  double usual_ln, tail_lamps_ln;
+};
+
 // Fainter than the lamps of this scene by more than beams and weather explain.
-bool too_faint(const std::vector<double>& strengths, double clipped_share, LampKind kind,
-               const LightScale& lights, std::optional<double> usual, double slope_down,
-               double allowed_ln) {
-  constexpr double kHiddenByClippingLn = 2.0;  // a clipped lamp is at least as bright as measured
-  constexpr double kUnderTailLamps = 1.0;      // no headlamp is much weaker than tail lamps
+bool too_faint(const std::vector<double>& strengths, LampKind kind, const LightScale& lights,
+               std::optional<double> usual, double slope_down, const Allowance& allowed) {
   const std::optional<double> tail = lights.typical(LampKind::taillamp);
   const double strength = median(strengths) + lights.dimmer_ln(slope_down, kind);
-  allowed_ln += kHiddenByClippingLn * clipped_share;
-  return (usual && strength < *usual - allowed_ln) ||
-         (kind == LampKind::headlamp && tail && strength < *tail - kUnderTailLamps);
+  return (usual && strength < *usual - allowed.usual_ln) ||
+         (kind == LampKind::headlamp && tail && strength < *tail - allowed.tail_lamps_ln);
 }
 
 double median_slope_down(const std::vector<PairLook>& looks) {
@@ -256,9 +258,10 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       0.5 * streaks > kImageShare * static_cast<double>(looks.size()) ||
       patches > kPatchShare * static_cast<double>(looks.size()))
     return Verdict::reflection;
+  const double hidden_ln = kHiddenByClippingLn * clipped / static_cast<double>(looks.size());
   if ((!vehicle.cut_after && vehicle.chi2 > kMostMeanChi2) ||
-      too_faint(strengths, clipped / static_cast<double>(looks.size()), vehicle.kind, lights,
-                lights.typical(vehicle.kind), median_slope_down(looks), kFaintPair) ||
+      too_faint(strengths, vehicle.kind, lights, lights.typical(vehicle.kind),
+                median_slope_down(looks), {kFaintPair + hidden_ln, kUnderTailLamps + hidden_ln}) ||
       static_cast<double>(looks.size()) < pair_share * static_cast<double>(track.sightings.size()))
     return Verdict::undecided;
   if (!view.moving_sensor() && stays(looks, view)) return Verdict::static_light;
@@ -356,7 +359,9 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   // Of one or two lamps only that it is far fainter counts.
   if (light.strength_ln && !lights.typical(lamp.kind()))
     light.strength_ln = std::min(*light.strength_ln, 0.0);
-  if (too_faint(strengths, clipped_share, lamp.kind(), lights, usual, 0.0, kFaintSingle) ||
+  // One that clips is no lamp for that.
+  if (too_faint(strengths, lamp.kind(), lights, usual, 0.0,
+                {kFaintSingle + kHiddenByClippingLn * clipped_share, kUnderTailLamps}) ||
       lone_lamp_log_odds(light) < kSureLogOdds)
     return Verdict::undecided;
   const bool comes = view.moving_sensor() && lamp.kind() == LampKind::headlamp &&
