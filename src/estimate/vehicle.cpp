@@ -8,6 +8,7 @@
 #include "core/quantity.h"
 #include "core/text.h"
 #include "estimate/camera_view.h"
+#include "estimate/clock_check.h"
 #include "estimate/contradictions.h"
 #include "estimate/delay_joint.h"
 #include "estimate/delay_light.h"
@@ -200,6 +201,14 @@ Outcome<Joined> join(std::span<const Trajectory> camera_only, const Site& site,
 void fuse(const VehicleTrack& track, const Site& site, std::span<const VehiclePower> power,
           const DelayFit* delay, std::vector<Trajectory>& trajectories, VehicleResult& result) {
   MethodResult method{Method::fused, Miss::unobservable, result.n_frames, ""};
+  if (const auto fault = delay ? clock_fault(trajectories.front(), site, power) : std::nullopt) {
+    for (MethodResult& row : result.methods)
+      if (row.method == Method::delay_photodiodes) row.speed = Miss::sensors_contradict;
+    method.speed = Miss::sensors_contradict;
+    result.methods.push_back(method);
+    result.warnings.push_back(*fault);
+    return;
+  }
   auto outcome = join(trajectories, site, power, delay);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) {
     method.speed = *miss;

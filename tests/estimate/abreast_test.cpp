@@ -136,6 +136,21 @@ TEST_F(BesideACamera, ADelayThatDeniesTheAccelerationAloneLeavesTheSpeedToIt) {
   }
 }
 
+// The delay is the same by any clock; the place of the light is not.
+TEST_F(BesideACamera, AClockThatIsOffLeavesTheSpeedToIt) {
+  for (const double late_s : {-2.0, -1.0, -0.6, 0.6, 1.0}) {
+    auto traces = traces_of({{20.0, kNear2_m2}}, random_);
+    for (PowerTrace& trace : traces)
+      for (double& time_s : trace.time_s) time_s += late_s;
+    const VehicleResult result = seen_with(traces, site_);
+    ASSERT_FALSE(result.withheld) << late_s << name_of(*result.withheld);
+    EXPECT_EQ(result.method, Method::geometry_camera) << late_s;
+    EXPECT_EQ(std::get<Miss>(delay_in(result).speed), Miss::sensors_contradict) << late_s;
+    ASSERT_FALSE(result.warnings.empty()) << late_s;
+    EXPECT_NE(result.warnings[0].find("check both clocks"), std::string::npos) << late_s;
+  }
+}
+
 // A wrong clock cuts the traces to another vehicle's time, and theirs is its motion.
 TEST_F(BesideACamera, LightThatTheVehiclesInViewDoNotExplainTellsNoDelay) {
   const PowerTrace unexplained;
