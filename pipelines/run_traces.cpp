@@ -80,7 +80,8 @@ TraceSummary summary_of(const PowerTrace& trace) {
   return {trace.photodiode_id,   trace.sample_period_s > 0.0 ? 1.0 / trace.sample_period_s : 0.0,
           trace.noise_sigma_w,   trace.ambient_w,
           trace.ambient_sigma_w, trace.drift_w,
-          trace.flicker_w,       trace.mains_hz};
+          trace.flicker_w,       trace.mains_hz,
+          trace.pulsing};
 }
 
 void warn_of_other_mains(const PowerTrace& trace, const Site& site, const std::string& file,

@@ -10,6 +10,7 @@
 #include "condition/flicker.h"
 #include "condition/negative_samples.h"
 #include "condition/noise.h"
+#include "condition/pulsing_lamps.h"
 #include "condition/spikes.h"
 #include "core/error.h"
 
@@ -86,16 +87,19 @@ std::vector<PowerTrace> condition(PhotodiodeRecording recording, const Site& sit
       trace.rejected["negative"] = negative;
       set_noise(trace);
     }
+    even_out_pulses(trace);
+    const bool as_recorded = trace.pulsing.empty();  // else there is less noise between samples
     if (const std::int64_t spikes = drop_spikes(trace); spikes > 0) {
       trace.rejected["spike"] = spikes;
-      set_noise(trace);
+      if (as_recorded) set_noise(trace);
     }
     if (const std::int64_t flashes = drop_flashes(trace); flashes > 0) {
       trace.rejected["flash"] = flashes;
-      set_noise(trace);
+      if (as_recorded) set_noise(trace);
     }
     const bool hidden = trace.rounding_sigma_w > 0.0;  // and stays so, though a wave lies over it
-    if (remove_flicker(trace, site.mains_hz); trace.flicker_w > 0.0 && !hidden) set_noise(trace);
+    remove_flicker(trace, site.mains_hz);
+    if (trace.flicker_w > 0.0 && !hidden && as_recorded) set_noise(trace);
     set_ambient(trace);
     remove_drift(trace);
     traces.push_back(std::move(trace));

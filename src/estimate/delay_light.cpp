@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimate/light_checks.h"
 #include "estimate/light_edges.h"
 #include "estimate/power_blocks.h"
 #include "estimate/speed_gate.h"
@@ -257,6 +258,20 @@ Outcome<DelayFit> pair_speed(const Site& site, const PowerTrace& one, const Powe
   return whole;
 }
 
+void widen_for_pulses(const Site& site, const PowerTrace& one, const PowerTrace& other,
+                      double from_s, double to_s, DelayFit& fit) {
+  const auto diode_of = [&](const PowerTrace& trace) -> const PhotodiodeSite& {
+    return site.photodiodes.at(static_cast<std::size_t>(trace.photodiode));
+  };
+  const double baseline_m =
+      std::abs(diode_of(one).position_m[0].mean - diode_of(other).position_m[0].mean);
+  for (const PowerTrace* trace : {&one, &other}) {
+    const double offset_s = diode_of(*trace).time_offset_s.mean;
+    widen(fit, pulsing_std_mps(*trace, from_s - offset_s, to_s - offset_s, baseline_m,
+                               fit.speed.speed_mps));
+  }
+}
+
 }  // namespace
 
 Outcome<DelayFit> delay_speed(const Site& site, std::span<const PowerTrace* const> traces,
@@ -266,8 +281,9 @@ Outcome<DelayFit> delay_speed(const Site& site, std::span<const PowerTrace* cons
     for (std::size_t j = i + 1; j < traces.size(); ++j) {
       auto outcome =
           pair_speed(site, *traces[i], *traces[j], from_s, to_s, asked_from_s, asked_to_s);
-      const auto* fit = std::get_if<DelayFit>(&outcome);
+      auto* fit = std::get_if<DelayFit>(&outcome);
       const auto* known = std::get_if<DelayFit>(&best);
+      if (fit) widen_for_pulses(site, *traces[i], *traces[j], from_s, to_s, *fit);
       if ((!known && (fit || (i == 0 && j == 1))) ||
           (fit && known && fit->speed.std_mps < known->speed.std_mps))
         best = std::move(outcome);

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "core/clock.h"
+#include "estimate/light_checks.h"
 #include "estimate/ml_speed.h"
 #include "estimate/photodiode_speed.h"
 
@@ -136,6 +137,8 @@ Outcome<PhotodiodeLight> photodiode_light(const VehicleTrack& track, const Site&
   light.known = std::get<PowerCase>(found);
   const double from_s = trajectory ? trajectory->from_s : seconds_of(track.sightings.front().time);
   const double to_s = trajectory ? trajectory->to_s : seconds_of(track.sightings.back().time);
+  light.known.log_gain_std =
+      std::hypot(light.known.log_gain_std, log_light_std(trace, from_s, to_s));
   light.own = vehicle_light(trace, site, light.known, from_s, to_s, trajectory);
   const PowerSeries& series = light.own.series;
   if (series.time_s.size() < 10) return Miss::too_few_samples;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimate/light_checks.h"
 #include "estimate/power_blocks.h"
 #include "optics/channel.h"
 #include "optics/incidence.h"
@@ -132,7 +133,7 @@ std::optional<Miss> prepare_joint(const Trajectory& camera_only, const Site& sit
                                   std::span<const VehiclePower> power, double from_s, double to_s,
                                   JointProblem& joint) {
   bool shared = false;
-  double offset_std_s = 0.0;
+  double offset_std_s = 0.0, log_light_std_most = 0.0;
   std::size_t blocks = 0;
   for (const VehiclePower& offered : power) {
     shared = shared || offered.shared;
@@ -142,6 +143,7 @@ std::optional<Miss> prepare_joint(const Trajectory& camera_only, const Site& sit
     blocks += lit->blocks.size();
     joint.samples += lit->samples;
     joint.receivers.push_back(std::move(*lit));
+    log_light_std_most = std::max(log_light_std_most, log_light_std(*offered.trace, from_s, to_s));
     offset_std_s =
         site.photodiodes[static_cast<std::size_t>(offered.trace->photodiode)].time_offset_s.std;
   }
@@ -150,6 +152,8 @@ std::optional<Miss> prepare_joint(const Trajectory& camera_only, const Site& sit
   joint.span_s = to_s - from_s;
   joint.geometry = camera_only.problem;
   joint.light = light_setting(site, offset_std_s);
+  if (joint.light.log_gain_std > 0.0)
+    joint.light.log_gain_std = std::hypot(joint.light.log_gain_std, log_light_std_most);
   joint.light.problem = &joint.geometry;
   scale_power(joint);
   return std::nullopt;

@@ -86,6 +86,27 @@ double others_std_mps(double share, double speed_mps) {
   return kOtherSpeeds * kOfRise * share * speed_mps;
 }
 
+void widen(DelayFit& fit, double std_mps) {
+  constexpr double kTwoSided95 = 1.959963984540054;
+  SpeedEstimate& speed = fit.speed;
+  fit.covariance(0, 0) += std_mps * std_mps;
+  speed.std_mps = std::hypot(speed.std_mps, std_mps);
+  const double log_std = speed.std_mps / speed.speed_mps;
+  speed.lo95_mps = speed.speed_mps * std::exp(-kTwoSided95 * log_std);
+  speed.hi95_mps = speed.speed_mps * std::exp(kTwoSided95 * log_std);
+}
+
+double pulsing_std_mps(const PowerTraceFacts& trace, double from_s, double to_s, double baseline_m,
+                       double speed_mps) {
+  constexpr double kOfSample = 0.4, kOfPeriod = 0.005;
+  double most_s = 0.0;
+  for (const PulsingLight& light : trace.pulsing)
+    if (light.from_s < to_s && light.to_s > from_s)
+      most_s = std::max(
+          most_s, std::hypot(kOfSample * trace.sample_period_s, kOfPeriod / light.frequency_hz));
+  return speed_mps * speed_mps * most_s / baseline_m;
+}
+
 bool of_several(const DelayFit& fit, std::size_t lanes, double others_share) {
   constexpr double kWorstFactor = 5.0, kClearChi2 = 30.0, kMostOthers = 0.2;
   const double explained_mps = others_std_mps(others_share, fit.speed.speed_mps);
@@ -95,6 +116,14 @@ bool of_several(const DelayFit& fit, std::size_t lanes, double others_share) {
          fit.surely_speeds_up_mps2 > kHardestSpeedingUp_mps2 ||
          (lanes > 1 && fit.wander_chi2 > kClearChi2 &&
           (fit.bend_mps > explained_mps || others_share > kMostOthers));
+}
+
+double log_light_std(const PowerTraceFacts& trace, double from_s, double to_s) {
+  double most = 0.0;
+  for (const PulsingLight& light : trace.pulsing)
+    if (light.from_s < to_s && light.to_s > from_s)
+      most = std::max(most, light.duty_std / light.duty);
+  return most;
 }
 
 }  // namespace vildar

@@ -20,10 +20,22 @@ bool stands(const PowerTrace& trace, double from_s, double peak_s);
 /// differ by 15 %.
 double others_std_mps(double share, double speed_mps);
 
+/// Adds an error of the speed that the fit knows nothing of, one sigma.
+void widen(DelayFit& fit, double std_mps);
+
+/// Of a delay's speed, one sigma, where lamps pulse between two times of the trace: their light is
+/// known when they are on, and the end of it to within some part of a sample.
+double pulsing_std_mps(const PowerTraceFacts& trace, double from_s, double to_s, double baseline_m,
+                       double speed_mps);
+
 /// Whether the light is not that of one vehicle with steady lamps: no curve that moves leaves slow
 /// structure so much larger than noise, and none brakes or speeds up so hard. Two abreast in two
 /// lanes, whose mixture moves at neither's speed, look like one whose acceleration changes, more
 /// than what is left of the light when it is past explains. `lanes`: that it may drive in.
 bool of_several(const DelayFit& fit, std::size_t lanes, double others_share);
+
+/// Standard deviation of ln of the light of a stretch, one factor for all of it: of lamps whose
+/// duty samples of single instants do not tell. Zero where nothing pulses.
+double log_light_std(const PowerTraceFacts& trace, double from_s, double to_s);
 
 }  // namespace vildar

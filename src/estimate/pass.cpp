@@ -86,6 +86,8 @@ Outcome<KnownLight> light_of_pass(const PowerPass& pass, const Site& site, const
   if (const Miss* miss = std::get_if<Miss>(&known)) return *miss;
   KnownLight found;
   found.known = std::get<PowerCase>(known);
+  found.known.log_gain_std =
+      std::hypot(found.known.log_gain_std, log_light_std(trace, pass.from_s, pass.peak_s));
   const double offset_s =
       site.photodiodes.at(static_cast<std::size_t>(trace.photodiode)).time_offset_s.mean;
   found.light = vehicle_light(trace, site, found.known, pass.from_s + offset_s,

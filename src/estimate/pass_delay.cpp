@@ -64,17 +64,6 @@ const PowerTrace& brightest(std::span<const PowerTrace> traces, const PowerPass&
   return *best;
 }
 
-void widen_for_others(double share, DelayFit& fit) {
-  constexpr double kTwoSided95 = 1.959963984540054;
-  SpeedEstimate& speed = fit.speed;
-  const double others_mps = others_std_mps(share, speed.speed_mps);
-  fit.covariance(0, 0) += others_mps * others_mps;
-  speed.std_mps = std::hypot(speed.std_mps, others_mps);
-  const double log_std = speed.std_mps / speed.speed_mps;
-  speed.lo95_mps = speed.speed_mps * std::exp(-kTwoSided95 * log_std);
-  speed.hi95_mps = speed.speed_mps * std::exp(kTwoSided95 * log_std);
-}
-
 }  // namespace
 
 SeenPass best_seen(const PowerPass& found, const Site& site, std::span<const PowerTrace> traces) {
@@ -96,7 +85,7 @@ Outcome<DelayFit> pass_delay(const SeenPass& seen, const Site& site,
   if (!fit) return outcome;
   const double others_share = seen.pass.others_w / seen.peak_w;
   if (of_several(*fit, lanes, others_share)) return Miss::several_vehicles;
-  if (seen.pass.others_w > 0.0) widen_for_others(others_share, *fit);
+  if (seen.pass.others_w > 0.0) widen(*fit, others_std_mps(others_share, fit->speed.speed_mps));
   return outcome;
 }
 

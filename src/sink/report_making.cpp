@@ -55,6 +55,9 @@ std::string light_rows(const TraceSummary& trace) {
   if (trace.mains_hz > 0.0)
     rows +=
         named("flicker of " + fixed_text(trace.mains_hz, 2) + " Hz mains", watts(trace.flicker_w));
+  if (!trace.pulsing.empty())
+    rows +=
+        named("vehicles whose lamps pulse", number_text(static_cast<double>(trace.pulsing.size())));
   return rows;
 }
 

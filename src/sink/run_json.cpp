@@ -87,6 +87,15 @@ Json json_of(const TraceSummary& trace) {
   put(json, "drift_w", trace.drift_w);
   put(json, "flicker_w", trace.flicker_w);
   if (trace.mains_hz > 0.0) put(json, "mains_hz", trace.mains_hz);
+  for (const PulsingLight& light : trace.pulsing) {
+    Json one;
+    put(one, "from_s", light.from_s);
+    put(one, "to_s", light.to_s);
+    put(one, "frequency_hz", light.frequency_hz);
+    put(one, "duty", light.duty);
+    put(one, "duty_std", light.duty_std);
+    json["pulsing_lamps"].push_back(std::move(one));
+  }
   return json;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/atomic_file.h"
+#include "types/power.h"
 #include "types/result.h"
 
 namespace vildar {
@@ -46,6 +47,7 @@ struct TraceSummary {
   double drift_w = 0.0;    ///< range of the ambient's slow changes
   double flicker_w = 0.0;  ///< amplitude
   double mains_hz = 0.0;   ///< as the flicker shows; 0: it shows none
+  std::vector<PulsingLight> pulsing;
 };
 
 /// What a run was given, how it was set and what it met; becomes run.json and the head of the

@@ -34,6 +34,16 @@ struct StampFall {
   bool operator==(const StampFall&) const = default;
 };
 
+/// Light of lamps that pulse, evened out; photodiode clock.
+struct PulsingLight {
+  double from_s = 0.0, to_s = 0.0;
+  double frequency_hz = 0.0;  ///< or an alias, where it is more than half the sampling's
+  double duty = 0.0;          ///< share of the time in which they are on
+  double duty_std = 0.0;      ///< where edges always fall between the same two samples
+
+  bool operator==(const PulsingLight&) const = default;
+};
+
 /// What is known of a photodiode's trace as a whole, and of any part of it.
 struct PowerTraceFacts {
   std::string photodiode_id;
@@ -47,6 +57,7 @@ struct PowerTraceFacts {
   double mains_hz = 0.0;          ///< as its flicker shows; 0: it shows none
   double flicker_w = 0.0;         ///< amplitude of the mains flicker taken out
   double drift_w = 0.0;           ///< range of the slow changes of ambient light taken out
+  std::vector<PulsingLight> pulsing;             ///< in order of time, not overlapping
   std::map<std::string, std::int64_t> rejected;  ///< reason -> samples left out
   std::optional<StampFall> fall;                 ///< the first, where stamps go back
   bool blocks_constant_light = false;  ///< the amplifier: the level swings back after each vehicle

@@ -27,8 +27,19 @@ TEST(AloneOnTrace, KeepsTheTimeBetweenNeighbours) {
 
 TEST(AloneOnTrace, IsAsSureAsTheWholeTrace) {
   PowerTrace trace = ramp();
-  static_cast<PowerTraceFacts&>(trace) = {
-      "near", 1, 0.01, 1e-3, 2e-3, 0.5, 4e-3, 50.0, 0.1, 0.2, {{"clipped", 3}}, {}};
+  static_cast<PowerTraceFacts&>(trace) = {"near",
+                                          1,
+                                          0.01,
+                                          1e-3,
+                                          2e-3,
+                                          0.5,
+                                          4e-3,
+                                          50.0,
+                                          0.1,
+                                          0.2,
+                                          {{6.0, 7.0, 200.0, 0.3, 0.02}},
+                                          {{"clipped", 3}},
+                                          {}};
   const auto cut = alone_on_trace(trace, 0.0, {6.0, 10.0}, {});
   ASSERT_TRUE(cut);
   EXPECT_EQ(static_cast<const PowerTraceFacts&>(*cut), trace);

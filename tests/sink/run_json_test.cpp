@@ -46,7 +46,8 @@ RunSummary summary() {
   run.version = "0.1.0";
   run.inputs = {{"clip", "a \"b\".mp4", 12, "ff"}};
   run.clip = ClipSummary{"mp4", "h264", "yuv420p", 1920, 1080, 0, 30.0, 12.5};
-  run.traces = {{"pd0", 1000.0, 3e-10, 2e-8, 1e-12, 0.0, 1e-9, 50.1}};
+  run.traces = {
+      {"pd0", 1000.0, 3e-10, 2e-8, 1e-12, 0.0, 1e-9, 50.1, {{1.5, 4.25, 200.0, 0.3, 0.02}}}};
   run.settings_yaml = "version: 1\nroad: {kind: straight}\n";
   run.options = {{"annotate", "true"}};
   run.counts = {{"frames_read", 375}, {"frames_damaged", 2}};
@@ -72,6 +73,13 @@ TEST(RunJson, ReadsBackAsWhatWasWritten) {
   EXPECT_EQ(run["photodiodes"][0]["id"], "pd0");
   EXPECT_EQ(run["photodiodes"][0]["noise_w"], 3e-10);
   EXPECT_EQ(run["photodiodes"][0]["mains_hz"], 50.1);
+  const auto& pulsing = run["photodiodes"][0]["pulsing_lamps"];
+  ASSERT_EQ(pulsing.size(), 1U);
+  EXPECT_EQ(pulsing[0]["from_s"], 1.5);
+  EXPECT_EQ(pulsing[0]["to_s"], 4.25);
+  EXPECT_EQ(pulsing[0]["frequency_hz"], 200.0);
+  EXPECT_EQ(pulsing[0]["duty"], 0.3);
+  EXPECT_EQ(pulsing[0]["duty_std"], 0.02);
   EXPECT_EQ(run["rejected_samples"]["pd0"]["nan"], 3);
   EXPECT_EQ(run["settings"]["site_yaml"], summary().settings_yaml);
   EXPECT_EQ(run["warnings"].size(), 1u);
