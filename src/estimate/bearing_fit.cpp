@@ -135,10 +135,10 @@ void leave_out_strays(GeometryProblem& problem, const PathVector& parameters, co
 }  // namespace
 
 bool BearingFit::explains() const {
-  constexpr double kWorstScatter_px = 5.0;
   constexpr double kMostOutliers = 0.3;
   const MotionState state = trajectory.at(trajectory.problem.reference_s);
-  return check.scatter_px.maxCoeff() <= kWorstScatter_px && check.outlier_share <= kMostOutliers &&
+  return (check.scatter_px.array() <= most_scatter_px.array()).all() &&
+         check.outlier_share <= kMostOutliers &&
          std::abs(state.acceleration_mps2) <= kHardestBraking_mps2;
 }
 
@@ -156,6 +156,10 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
   BearingFit found;
   found.readings = lamp_readings(site.lamps, track.kind, !track.single_lamp);
   Trajectory& seen = found.trajectory;
+  constexpr double kMostScatter_px = 5.0, kMostPitch_rad = 0.015;
+  found.most_scatter_px = {
+      kMostScatter_px,
+      site.ego ? std::max(kMostScatter_px, kMostPitch_rad * camera.focal_px()) : kMostScatter_px};
   seen.frames = view.frames;
   seen.bearing_of = view.of;
   seen.from_s = seconds_of(track.sightings.front().time);

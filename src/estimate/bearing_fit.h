@@ -15,6 +15,8 @@ struct BearingFit {
   ResidualCheck check;
   std::vector<LampReading> readings;
   bool scaled = false;  ///< something but a lane fixes the scale
+  /// More scatter is not that of lamps; before a camera that drives, and pitches, upright more is.
+  Eigen::Vector2d most_scatter_px;
 
   /// Whether the model explains the bearings at all, by a motion that tyres can give.
   bool explains() const;
