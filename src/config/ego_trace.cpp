@@ -1,5 +1,6 @@
 #include "config/ego_trace.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -103,12 +104,13 @@ class TraceReader {
       }
       values[i] = *value;
     }
-    constexpr double kMost_mps = 100.0;
-    if (values[1] < 0.0 || values[1] > kMost_mps) {
+    constexpr double kMost_mps = 100.0, kStands_mps = 0.3;  // noise of one that stands
+    if (values[1] < -kStands_mps || values[1] > kMost_mps) {
       problem(number, kColumns[1], number_text(values[1]) + " is out of range",
-              "must be metres per second, from 0 to " + number_text(kMost_mps));
+              "must be metres per second, from 0 (less noise) to " + number_text(kMost_mps));
       return false;
     }
+    values[1] = std::max(0.0, values[1]);
     if (!samples.empty() && !(values[0] > samples.back().time_s)) {
       problem(number, kColumns[0],
               number_text(values[0]) + " does not come after " + number_text(samples.back().time_s),

@@ -179,14 +179,20 @@ bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other) {
     return false;
   const double from_s = std::max(a.t_first_s, b.t_first_s);
   const double to_s = std::min(a.t_last_s, b.t_last_s);
-  if (from_s - to_s > kLongestGap_s || often_show_four_lamps(one, other)) return false;
+  if (from_s - to_s > kLongestGap_s) return false;
+  // Four lamps are of one only where two bodies would surely be in one another: a camera that
+  // smooths over time shows what it saw a frame before as well.
+  constexpr double kInside_m = 3.0, kSurely = 2.0;
+  const bool four = often_show_four_lamps(one, other);
   const bool in_turn = from_s > to_s;
   const bool alone = always_alone(one) != always_alone(other);
 
   Offset surest{0.0, 0.0, INFINITY};
   for (int i = 0; i <= kSteps; ++i) {
     const Offset offset = offset_at(one, other, from_s + (to_s - from_s) * i / kSteps);
-    if (std::abs(offset.along_m) > kSigmas * offset.sigma_m) return false;
+    if (std::abs(offset.along_m) > kSigmas * offset.sigma_m ||
+        (four && std::abs(offset.along_m) + kSurely * offset.sigma_m > kInside_m))
+      return false;
     if (offset.sigma_m < surest.sigma_m) surest = offset;
   }
   if (in_turn && 2.0 * surest.sigma_m > kMostOff_m) return false;

@@ -8,9 +8,10 @@ namespace vildar {
 
 /// Whether two measured vehicles are one, seen twice: in all of the time that both are in view they
 /// stand, as far as can be told, where two vehicles do not fit, and they seldom show four lamps at
-/// once. Of a light without a partner it is enough that it cannot be told apart from a vehicle that
-/// has two lamps. So are two in view one after the other, within a second, of which the second
-/// surely goes on where the first was. False where either has no speed from the camera.
+/// once, or surely stand inside one another. Of a light without a partner it is enough that it
+/// cannot be told apart from a vehicle that has two lamps. So are two in view one after the other,
+/// within a second, of which the second surely goes on where the first was. False where either has
+/// no speed from the camera.
 bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other);
 
 /// Whether the lamps of `upper` move as lamps higher on the body of `carrier` would: from a camera

@@ -231,7 +231,9 @@ void stand_by_surest(const std::vector<Found>& methods, VehicleResult& result) {
         "(seconds)");
     return;
   }
-  if (!useful(result.speed)) {
+  // Slow is what a law says of light that hardly changes, whatever it comes of.
+  constexpr double kMostShare = 0.4;
+  if (!useful(result.speed) || result.speed.std_mps > kMostShare * result.speed.speed_mps) {
     result.withheld = Miss::too_uncertain;
     return;
   }

@@ -259,9 +259,12 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       patches > kPatchShare * static_cast<double>(looks.size()))
     return Verdict::reflection;
   const double hidden_ln = kHiddenByClippingLn * clipped / static_cast<double>(looks.size());
+  // Without colour what drives away has tail lamps.
+  const bool drives_away = lights.colourless() && motion_contradicts(looks, vehicle.kind, view);
+  const LampKind like = drives_away ? LampKind::taillamp : vehicle.kind;
   if ((!vehicle.cut_after && vehicle.chi2 > kMostMeanChi2) ||
-      too_faint(strengths, vehicle.kind, lights, lights.typical(vehicle.kind),
-                median_slope_down(looks), {kFaintPair + hidden_ln, kUnderTailLamps + hidden_ln}) ||
+      too_faint(strengths, like, lights, lights.typical(like), median_slope_down(looks),
+                {kFaintPair + hidden_ln, kUnderTailLamps + hidden_ln}) ||
       static_cast<double>(looks.size()) < pair_share * static_cast<double>(track.sightings.size()))
     return Verdict::undecided;
   if (!view.moving_sensor() && stays(looks, view)) return Verdict::static_light;

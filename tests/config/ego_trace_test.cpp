@@ -59,6 +59,18 @@ TEST(EgoTrace, IsReadBesideTheSite) {
   EXPECT_EQ(problems_of(site).at(0).key, "ego.trace");
 }
 
+TEST(EgoTrace, NoiseOfOneThatStandsCountsAsZero) {
+  const TemporaryFolder folder;
+  const auto site =
+      folder.write("site.yaml", with(kContractSite, "speed_mps: 0.0  ", "trace: ego.csv  "));
+  folder.write("ego.csv", "t_s,speed_mps\n0,-0.05\n0.5,0.04\n1,-0.3\n");
+  const EgoSite ego = *load_site(site).ego;
+  ASSERT_EQ(ego.trace.size(), 3u);
+  EXPECT_EQ(ego.trace[0].speed_mps, 0.0);
+  EXPECT_EQ(ego.trace[1].speed_mps, 0.04);
+  EXPECT_EQ(ego.trace[2].speed_mps, 0.0);
+}
+
 TEST(EgoTrace, ASpeedBesideATraceIsRefused) {
   const TemporaryFolder folder;
   folder.write("ego.csv", "t_s,speed_mps\n0,1\n");
