@@ -17,6 +17,8 @@ constexpr double kUnknownPassing_s =
 constexpr double kLongestPassing_s = 5.0;
 // Of the trace that is unmixed, before and after a vehicle is in view.
 constexpr double kBefore_s = 0.5, kAfter_s = 4.0;
+// Once it is past, light is that of others, some of whom the camera does not see yet.
+constexpr double kPast_s = 0.5;
 // Before it is in view a vehicle shines for as long as makes a difference.
 constexpr double kComing_s = 2.0;
 constexpr double kForever = std::numeric_limits<double>::infinity();
@@ -130,7 +132,7 @@ OfferedPower offer_power(std::span<const LitVehicle> lit, std::size_t own, const
     const auto known = alone_on_trace(trace, offset_s, vehicle.in_view, unknown);
     if (ways.size() > 1 && known) {
       auto outcome = own_light(*known, site, ways, 0, vehicle.in_view.from_s - kBefore_s,
-                               vehicle.in_view.to_s + kAfter_s);
+                               std::min(vehicle.in_view.to_s + kAfter_s, vehicle.past_s + kPast_s));
       const Miss* miss = std::get_if<Miss>(&outcome);
       const bool unexplained = miss && *miss == Miss::bad_fit;
       offered.unexplained = offered.unexplained || unexplained;
