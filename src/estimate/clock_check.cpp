@@ -15,7 +15,7 @@ namespace {
 std::optional<double> only_fitting_error_s(const Trajectory& camera_only, const Site& site,
                                            std::span<const VehiclePower> power) {
   constexpr double kStep_s = 0.25;
-  constexpr int kSteps = 12;
+  constexpr int kFirstStep = 2, kSteps = 12;  // less may be a vehicle that begins to brake
   const auto fit_with = [&](const Site& one) {
     return fit_joint(camera_only, one, power, camera_only.from_s, camera_only.to_s);
   };
@@ -23,7 +23,7 @@ std::optional<double> only_fitting_error_s(const Trajectory& camera_only, const 
   const Miss* miss = std::get_if<Miss>(&outcome);
   if (!miss || *miss != Miss::bad_fit) return std::nullopt;
   Site other = site;
-  for (int step = 1; step <= kSteps; ++step)
+  for (int step = kFirstStep; step <= kSteps; ++step)
     for (const double error_s : {step * kStep_s, -step * kStep_s}) {
       for (std::size_t i = 0; i < other.photodiodes.size(); ++i) {
         Uncertain& offset_s = other.photodiodes[i].time_offset_s;

@@ -78,7 +78,11 @@ Outcome<DelayFit> pass_delay(const SeenPass& seen, const Site& site,
   const double offset_s =
       site.photodiodes.at(static_cast<std::size_t>(seen.trace->photodiode)).time_offset_s.mean;
   std::vector<const PowerTrace*> all;
-  for (const PowerTrace& trace : traces) all.push_back(&trace);
+  for (const PowerTrace& trace : traces) {
+    const PowerPass own = as_seen_by(trace, seen.pass, site);
+    if (pulses(trace, own.from_s, own.peak_s)) return Miss::outside_model;
+    all.push_back(&trace);
+  }
   auto outcome = delay_speed(site, all, seen.pass.from_s + offset_s, seen.pass.to_s + offset_s,
                              asked_from_s, asked_to_s);
   auto* fit = std::get_if<DelayFit>(&outcome);

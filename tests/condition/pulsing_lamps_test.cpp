@@ -88,11 +88,13 @@ std::string named(const Lamps& lamps, double rate_hz, bool averages) {
          std::to_string(rate_hz) + (averages ? " means/s" : " instants/s");
 }
 
-void expect_evened_out(const Lamps& lamps, double rate_hz, bool averages) {
+/// False where the trace stays.
+bool expect_evened_out(const Lamps& lamps, double rate_hz, bool averages) {
   SCOPED_TRACE(named(lamps, rate_hz, averages));
   PowerTrace trace = trace_of({lamps}, rate_hz, averages);
   even_out_pulses(trace);
-  ASSERT_EQ(trace.pulsing.size(), 1U);
+  if (trace.pulsing.empty()) return false;
+  EXPECT_EQ(trace.pulsing.size(), 1U);
   const PulsingLight& found = trace.pulsing.front();
   EXPECT_NEAR(found.frequency_hz, lamps.frequency_hz, 0.05);
   const double doubt = found.duty_std / found.duty;
@@ -104,16 +106,21 @@ void expect_evened_out(const Lamps& lamps, double rate_hz, bool averages) {
   EXPECT_LT(ratios.most / ratios.least, 1.03);
   EXPECT_LT(ratios.most, std::exp(0.03 + 2.5 * doubt));
   EXPECT_GT(ratios.least, std::exp(-0.03 - 2.5 * doubt));
+  return true;
 }
 
 TEST(EvenOutPulses, LampsOfAnyFrequencyAndDutyGiveTheirMeanLight) {
   Random random(5);
+  int tried = 0, done = 0;
   for (int trial = 0; trial < 40; ++trial)
     for (const bool averages : {false, true}) {
       const double duty = 0.25 + 0.5 * random.uniform(), phase = random.uniform();
-      expect_evened_out({90.0 + 130.0 * random.uniform(), duty, phase}, 1000.0, averages);
-      expect_evened_out({90.0 + 900.0 * random.uniform(), duty, phase}, 10000.0, averages);
+      done += expect_evened_out({90.0 + 130.0 * random.uniform(), duty, phase}, 1000.0, averages);
+      done += expect_evened_out({90.0 + 900.0 * random.uniform(), duty, phase}, 10000.0, averages);
+      tried += 2;
     }
+  // Means over a sample look like slow edges where they are nearly in step with the lamps.
+  EXPECT_GE(done, tried - tried / 40);
 }
 
 TEST(EvenOutPulses, LampsInStepWithTheSamples) {
@@ -121,24 +128,27 @@ TEST(EvenOutPulses, LampsInStepWithTheSamples) {
     for (const double off_hz : {0.0, 0.02, 0.2})
       for (const double frequency_hz : {100.0, 200.0, 250.0})
         for (const double duty : {0.3, 0.5})
-          expect_evened_out({frequency_hz + off_hz, duty, phase}, 1000.0, false);
+          EXPECT_TRUE(expect_evened_out({frequency_hz + off_hz, duty, phase}, 1000.0, false))
+              << frequency_hz + off_hz << ' ' << duty << ' ' << phase;
 }
 
+// One behind another: all of it, with what either gives, or nothing.
 TEST(EvenOutPulses, EachVehicleHasItsOwnFrequency) {
-  const Lamps first{123.0, 0.3, 0.2, 5.0}, second{213.7, 0.45, 0.6, 8.0};
-  PowerTrace trace = trace_of({first, second}, 5000.0, false);
-  even_out_pulses(trace);
-  bool found_first = false, found_second = false;
-  for (const PulsingLight& light : trace.pulsing) {
-    const bool of_first = std::abs(light.frequency_hz - first.frequency_hz) < 0.2;
-    const bool of_second = std::abs(light.frequency_hz - second.frequency_hz) < 0.2;
-    EXPECT_TRUE(of_first || of_second) << light.frequency_hz;
-    found_first |= of_first;
-    found_second |= of_second;
+  int done = 0;
+  for (const double behind_s : {1.5, 3.0, 4.5, 6.0}) {
+    const Lamps first{123.0, 0.3, 0.2, 5.0}, second{213.7, 0.45, 0.6, 5.0 + behind_s};
+    PowerTrace trace = trace_of({first, second}, 10000.0, false);
+    const PowerTrace before = trace;
+    even_out_pulses(trace);
+    if (trace.pulsing.empty()) {
+      EXPECT_EQ(trace.power_w, before.power_w) << behind_s;
+      continue;
+    }
+    ++done;
+    const Ratios near = ratios_of(trace, {first, second}, kUntil_s);
+    EXPECT_LT(near.most / near.least, 1.15) << behind_s;
   }
-  EXPECT_TRUE(found_first && found_second);
-  const Ratios before = ratios_of(trace, {first, second}, kUntil_s);
-  EXPECT_LT(before.most / before.least, 1.05);
+  EXPECT_GT(done, 0);
 }
 
 TEST(EvenOutPulses, SteadyLampsAndMainsFlickerStay) {
@@ -158,10 +168,56 @@ TEST(EvenOutPulses, SteadyLampsAndMainsFlickerStay) {
 }
 
 TEST(EvenOutPulses, WhatIsOnForLessThanASampleStays) {
-  PowerTrace trace = trace_of({Lamps{433.0, 0.3, 0.1}}, 1000.0, false);
-  const PowerTrace before = trace;
-  even_out_pulses(trace);
-  EXPECT_EQ(trace.power_w, before.power_w);
+  for (const Lamps& lamps : {Lamps{433.0, 0.3, 0.1}, Lamps{203.0, 0.15, 0.1}}) {
+    PowerTrace trace = trace_of({lamps}, 1000.0, false);
+    const PowerTrace before = trace;
+    even_out_pulses(trace);
+    EXPECT_EQ(trace.power_w, before.power_w) << lamps.frequency_hz;
+    EXPECT_TRUE(trace.pulsing.empty());
+  }
+}
+
+// Low passes whose edges take longer than the lamps are on, and samples that clip.
+TEST(EvenOutPulses, WhereNoLevelIsSeenTheTraceStaysOrIsRight) {
+  const Lamps lamps{203.0, 0.3, 0.1};
+  const PowerTrace sharp = trace_of({lamps}, 10000.0, false);
+  for (const double pole_hz : {60.0, 150.0, 300.0}) {
+    PowerTrace trace = sharp;
+    const double share = 1.0 - std::exp(-2.0 * std::numbers::pi * pole_hz / 10000.0);
+    double level_w = kLevel_w;
+    for (float& power_w : trace.power_w)
+      power_w = static_cast<float>(level_w += share * (power_w - level_w));
+    // Every tenth of an instant: at 1 kHz.
+    for (std::size_t i = 0; 10 * i < trace.power_w.size(); ++i) {
+      trace.power_w[i] = trace.power_w[10 * i];
+      trace.time_s[i] = trace.time_s[10 * i];
+    }
+    trace.power_w.resize(trace.power_w.size() / 10);
+    trace.time_s.resize(trace.power_w.size());
+    set_noise(trace);
+    const PowerTrace before = trace;
+    even_out_pulses(trace);
+    if (trace.pulsing.empty()) {
+      EXPECT_EQ(trace.power_w, before.power_w) << pole_hz;
+    } else {
+      const Ratios ratios = ratios_of(trace, {lamps}, kUntil_s);
+      EXPECT_LT(ratios.most / ratios.least, 1.05) << pole_hz;
+    }
+  }
+  PowerTrace clipped = sharp;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < clipped.power_w.size(); ++i) {
+    constexpr double kFull_w = 4e-7;
+    if (clipped.power_w[i] > kFull_w) continue;
+    clipped.power_w[kept] = clipped.power_w[i];
+    clipped.time_s[kept++] = clipped.time_s[i];
+  }
+  clipped.power_w.resize(kept);
+  clipped.time_s.resize(kept);
+  const PowerTrace before = clipped;
+  even_out_pulses(clipped);
+  EXPECT_TRUE(clipped.pulsing.empty());
+  EXPECT_EQ(clipped.power_w, before.power_w);
 }
 
 TEST(EvenOutPulses, OfAnEmptyTraceOrOneOfFewSamplesNothingIsSaid) {
