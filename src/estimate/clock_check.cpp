@@ -11,39 +11,50 @@
 namespace vildar {
 namespace {
 
-/// By how much time_offset_s must be greater, in steps.
+/// By how much time_offset_s must be greater, in steps; nothing where what the site says of it, or
+/// half a step more, will do.
 std::optional<double> only_fitting_error_s(const Trajectory& camera_only, const Site& site,
                                            std::span<const VehiclePower> power) {
-  constexpr double kStep_s = 0.25;
-  constexpr int kFirstStep = 2, kSteps = 12;  // less may be a vehicle that begins to brake
-  const auto fit_with = [&](const Site& one) {
-    return fit_joint(camera_only, one, power, camera_only.from_s, camera_only.to_s);
-  };
-  const auto outcome = fit_with(site);
-  const Miss* miss = std::get_if<Miss>(&outcome);
-  if (!miss || *miss != Miss::bad_fit) return std::nullopt;
+  constexpr double kStep_s = 0.5, kSigmas = 3.0;
+  constexpr int kSteps = 6;
   Site other = site;
-  for (int step = kFirstStep; step <= kSteps; ++step)
-    for (const double error_s : {step * kStep_s, -step * kStep_s}) {
-      for (std::size_t i = 0; i < other.photodiodes.size(); ++i) {
-        Uncertain& offset_s = other.photodiodes[i].time_offset_s;
-        offset_s.mean = site.photodiodes[i].time_offset_s.mean + error_s;
-        offset_s.std = std::max(offset_s.std, 0.5 * kStep_s);
-      }
-      if (std::holds_alternative<JointFit>(fit_with(other))) return error_s;
+  const auto misses_at = [&](double error_s, double least_std_s) {
+    double std_s = 0.0;
+    for (std::size_t i = 0; i < other.photodiodes.size(); ++i) {
+      const Uncertain& told_s = site.photodiodes[i].time_offset_s;
+      other.photodiodes[i].time_offset_s = {told_s.mean + error_s,
+                                            std::max(told_s.std, least_std_s)};
+      std_s = std::max(std_s, told_s.std);
     }
+    if (std::abs(error_s) > 0.0 && std::abs(error_s) < kSigmas * std_s) return true;
+    const auto fit = fit_joint(camera_only, other, power, camera_only.from_s, camera_only.to_s);
+    const Miss* miss = std::get_if<Miss>(&fit);
+    return error_s == 0.0 ? miss && *miss == Miss::bad_fit : miss != nullptr;
+  };
+  if (!misses_at(0.0, 0.0) || !misses_at(0.0, 0.5 * kStep_s)) return std::nullopt;
+  for (int step = 1; step <= kSteps; ++step)
+    for (const double error_s : {step * kStep_s, -step * kStep_s})
+      if (!misses_at(error_s, 0.5 * kStep_s)) return error_s;
   return std::nullopt;
 }
 
 /// Clip time at which the vehicle has come to a place along the road, by where it goes on at the
-/// end of its bearings.
-std::optional<double> abeam_s(const Trajectory& trajectory, double along_m) {
-  constexpr double kStep_s = 0.01, kLongest_s = 5.0;
-  for (double after_s = 0.0; after_s < kLongest_s; after_s += kStep_s) {
-    const PathPoint<double> place =
-        vehicle_point(trajectory.fit.parameters.data(), trajectory.problem.setting,
-                      trajectory.to_s + after_s - trajectory.problem.reference_s);
-    if (place.x_m < along_m) return trajectory.to_s + after_s;
+/// end of its bearings, and how much later that may be if it brakes then.
+struct Abeam {
+  double time_s = 0.0, later_s = 0.0;
+};
+
+std::optional<Abeam> abeam(const Trajectory& trajectory, double along_m) {
+  constexpr double kStep_s = 0.01, kLongest_s = 5.0, kSigmas = 2.0, kBrakes_mps2 = 3.0;
+  for (double time_s = trajectory.from_s; time_s < trajectory.to_s + kLongest_s;
+       time_s += kStep_s) {
+    const MotionState state = trajectory.at(time_s);
+    if (state.range_m > along_m) continue;
+    if (!(state.over_ground_mps > 0.0)) return std::nullopt;
+    const double unseen_s = std::max(0.0, time_s - trajectory.to_s);
+    const double off_m = kSigmas * std::hypot(state.range_std_m, unseen_s * state.speed_std_mps) +
+                         0.5 * kBrakes_mps2 * unseen_s * unseen_s;
+    return Abeam{time_s, off_m / state.over_ground_mps};
   }
   return std::nullopt;
 }
@@ -61,11 +72,12 @@ double light_w(const PowerTrace& trace, double from_s, double to_s) {
 
 bool rises_past(const Trajectory& camera_only, const Site& site, const PowerTrace& trace) {
   constexpr double kNear_s = 0.15, kFar_s = 0.3, kRises = 1.3, kClearSigmas = 20.0;
+  constexpr double kOffsetSigmas = 3.0;
   const PhotodiodeSite& diode = site.photodiodes.at(static_cast<std::size_t>(trace.photodiode));
-  const auto passes_s = abeam_s(camera_only, diode.position_m[0].mean);
-  if (!passes_s) return false;
-  const double at_s = *passes_s - diode.time_offset_s.mean;
-  const double doubt_s = 2.0 * diode.time_offset_s.std;
+  const auto passes = abeam(camera_only, diode.position_m[0].mean);
+  if (!passes) return false;
+  const double at_s = passes->time_s - diode.time_offset_s.mean;
+  const double doubt_s = kOffsetSigmas * diode.time_offset_s.std + passes->later_s;
   const double before_w = light_w(trace, at_s - kFar_s, at_s - kNear_s);
   const double after_w = light_w(trace, at_s + doubt_s + kNear_s, at_s + doubt_s + kFar_s);
   return before_w > kClearSigmas * trace.noise_sigma_w && after_w > kRises * before_w;

@@ -137,8 +137,10 @@ Outcome<PhotodiodeLight> photodiode_light(const VehicleTrack& track, const Site&
   light.known = std::get<PowerCase>(found);
   const double from_s = trajectory ? trajectory->from_s : seconds_of(track.sightings.front().time);
   const double to_s = trajectory ? trajectory->to_s : seconds_of(track.sightings.back().time);
-  light.known.log_gain_std =
-      std::hypot(light.known.log_gain_std, log_light_std(trace, from_s, to_s));
+  const double offset_s =
+      site.photodiodes.at(static_cast<std::size_t>(trace.photodiode)).time_offset_s.mean;
+  light.known.log_gain_std = std::hypot(light.known.log_gain_std,
+                                        log_light_std(trace, from_s - offset_s, to_s - offset_s));
   light.own = vehicle_light(trace, site, light.known, from_s, to_s, trajectory);
   const PowerSeries& series = light.own.series;
   if (series.time_s.size() < 10) return Miss::too_few_samples;

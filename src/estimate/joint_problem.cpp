@@ -143,9 +143,12 @@ std::optional<Miss> prepare_joint(const Trajectory& camera_only, const Site& sit
     blocks += lit->blocks.size();
     joint.samples += lit->samples;
     joint.receivers.push_back(std::move(*lit));
-    log_light_std_most = std::max(log_light_std_most, log_light_std(*offered.trace, from_s, to_s));
-    offset_std_s =
-        site.photodiodes[static_cast<std::size_t>(offered.trace->photodiode)].time_offset_s.std;
+    const Uncertain& offset_s =
+        site.photodiodes[static_cast<std::size_t>(offered.trace->photodiode)].time_offset_s;
+    log_light_std_most =
+        std::max(log_light_std_most,
+                 log_light_std(*offered.trace, from_s - offset_s.mean, to_s - offset_s.mean));
+    offset_std_s = offset_s.std;
   }
   if (joint.receivers.empty()) return shared ? Miss::several_vehicles : Miss::below_noise;
   if (blocks < kFewestBlocks) return Miss::too_few_samples;

@@ -196,12 +196,21 @@ Outcome<Joined> join(std::span<const Trajectory> camera_only, const Site& site,
   return joined;
 }
 
+// No speed is taken from the power of light.
+void clear_light(Miss why, VehicleResult& result) {
+  for (MethodResult& row : result.methods)
+    if (row.method == Method::power_slope_photodiode || row.method == Method::ml_photodiode ||
+        row.method == Method::curved_angle_photodiode)
+      row.speed = why;
+}
+
 // Adds the method `fused`, and where it holds makes it the one the program stands by; the
 // trajectories are then those of both sensors.
 void fuse(const VehicleTrack& track, const Site& site, std::span<const VehiclePower> power,
           const DelayFit* delay, std::vector<Trajectory>& trajectories, VehicleResult& result) {
   MethodResult method{Method::fused, Miss::unobservable, result.n_frames, ""};
   if (const auto fault = delay ? clock_fault(trajectories.front(), site, power) : std::nullopt) {
+    clear_light(Miss::sensors_contradict, result);
     for (MethodResult& row : result.methods)
       if (row.method == Method::delay_photodiodes) row.speed = Miss::sensors_contradict;
     method.speed = Miss::sensors_contradict;
@@ -347,10 +356,7 @@ Delay delay_of(const Site& site, std::span<const VehiclePower> power,
 // Of light that is spoilt no method's speed stands, and none contradicts the camera's.
 void leave_to_camera(const Delay& delay, VehicleResult& result) {
   const Miss why = *delay.spoilt;
-  for (MethodResult& row : result.methods)
-    if (row.method == Method::power_slope_photodiode || row.method == Method::ml_photodiode ||
-        row.method == Method::curved_angle_photodiode)
-      row.speed = why;
+  clear_light(why, result);
   if (!result.withheld) result.methods.push_back({Method::fused, why, result.n_frames, ""});
   if (delay.warned) return;
   result.warnings.push_back(

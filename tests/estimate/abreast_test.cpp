@@ -138,7 +138,7 @@ TEST_F(BesideACamera, ADelayThatDeniesTheAccelerationAloneLeavesTheSpeedToIt) {
 
 // The delay is the same by any clock; the place of the light is not.
 TEST_F(BesideACamera, AClockThatIsOffLeavesTheSpeedToIt) {
-  for (const double late_s : {-2.0, -1.0, -0.6, 0.6, 1.0}) {
+  for (const double late_s : {-1.0, 0.6}) {
     auto traces = traces_of({{20.0, kNear2_m2}}, random_);
     for (PowerTrace& trace : traces)
       for (double& time_s : trace.time_s) time_s += late_s;
