@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "core/median.h"
 #include "optics/lamp_colour.h"
@@ -78,8 +79,7 @@ double median_slope_down(const std::vector<PairLook>& looks) {
   return median(std::move(slopes_down));
 }
 
-// The lamps' colour says which way the vehicle faces; does its range clearly say the opposite?
-bool motion_contradicts(const std::vector<PairLook>& looks, LampKind kind, const RoadView& view) {
+bool ranges_contradict(std::span<const PairLook> looks, LampKind kind, const RoadView& view) {
   constexpr double kClear_m = 4.0, kClearShare = 0.25, kScaleDoubt = 1.35, kSlow_mps = 3.0;
   std::vector<double> times_s, ranges_m;
   for (const PairLook& look : looks) {
@@ -94,6 +94,15 @@ bool motion_contradicts(const std::vector<PairLook>& looks, LampKind kind, const
   if (std::max(std::abs(nearer_m), ego_m) < clear_m) return false;
   if (kind == LampKind::headlamp) return closing_mps * kScaleDoubt + kSlow_mps < ego_mps;
   return closing_mps / kScaleDoubt - kSlow_mps > ego_mps;
+}
+
+// The lamps' colour says which way the vehicle faces; does its range clearly say the opposite? In
+// the later half, too: before, one of its lamps may have been paired with another light.
+bool motion_contradicts(const std::vector<PairLook>& looks, LampKind kind, const RoadView& view) {
+  constexpr std::size_t kFewest = 6;
+  const std::span<const PairLook> all(looks);
+  return ranges_contradict(all, kind, view) &&
+         (looks.size() < kFewest || ranges_contradict(all.last(looks.size() / 2), kind, view));
 }
 
 constexpr double kMoved_m = 4.0;  // along the road, by less a light may seem to move that stands
@@ -120,6 +129,44 @@ bool beside_the_road(const std::vector<double>& laterals_m,
   const double margin_m = std::hypot(kMargin_m + kMarginShare * std::abs(lateral_m),
                                      kSigmas * median(lateral_sigmas_m));
   return view.beyond_lanes_m(lateral_m) > margin_m;
+}
+
+// From the first to before the last frame, or after, of which no two lamps of one vehicle seem to
+// step apart or together: one of them was paired with another light there.
+void keep_longest_pair(std::vector<LampRecord>& left, std::vector<LampRecord>& right) {
+  constexpr double kStepLn = 0.7, kStep_px = 6.0;
+  struct Look {
+    std::int64_t frame;
+    double apart_px;
+  };
+  std::vector<Look> looks;
+  for (auto a = left.begin(), b = right.begin(); a != left.end() && b != right.end();) {
+    if (a->frame == b->frame) looks.push_back({a->frame, (b->at_px - a->at_px).norm()});
+    const std::int64_t frame = std::min(a->frame, b->frame);
+    a += a->frame == frame;
+    b += b->frame == frame;
+  }
+  const auto steps = [](const Look& one, const Look& next) {
+    return std::abs(next.apart_px - one.apart_px) > kStep_px &&
+           std::abs(std::log(next.apart_px / one.apart_px)) > kStepLn;
+  };
+  auto first = looks.begin(), last = looks.begin();
+  for (auto begin = looks.begin(); begin != looks.end();) {
+    const auto step = std::adjacent_find(begin, looks.end(), steps);
+    const auto end = step == looks.end() ? step : std::next(step);
+    if (end - begin > last - first) {
+      first = begin;
+      last = end;
+    }
+    begin = end;
+  }
+  if (last - first == static_cast<std::ptrdiff_t>(looks.size())) return;
+  const std::int64_t from = first->frame, to = std::prev(last)->frame;
+  for (auto* records : {&left, &right})
+    std::erase_if(*records, [&](const LampRecord& record) {
+      return (first != looks.begin() && record.frame < from) ||
+             (last != looks.end() && record.frame > to);
+    });
 }
 
 }  // namespace
@@ -183,6 +230,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
     std::erase_if(*records, [&](const LampRecord& record) {
       return vehicle.last_as_another && record.frame <= *vehicle.last_as_another;
     });
+  keep_longest_pair(left, right);
   int fitting = 0;
   std::vector<PairLook> looks;
   std::vector<double> laterals_m, lateral_sigmas_m, strengths, tail_log_odds;
