@@ -326,7 +326,8 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   if (track.direction_contradicts) {
     constexpr double kWhitened = -2.0;
     const double tail = median(tail_log_odds);
-    if (view.moving_sensor() && (vehicle.kind != LampKind::headlamp || tail < kWhitened))
+    const bool white = tail < kWhitened && !lights.colourless();
+    if (view.moving_sensor() && (vehicle.kind != LampKind::headlamp || white))
       return Verdict::undecided;
     if (view.moving_sensor() || tail > kNotWhite || lights.colourless()) {
       track.kind = LampKind::taillamp;
