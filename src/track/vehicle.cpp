@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 #include "core/median.h"
 #include "optics/lamp_colour.h"
@@ -79,7 +78,8 @@ double median_slope_down(const std::vector<PairLook>& looks) {
   return median(std::move(slopes_down));
 }
 
-bool ranges_contradict(std::span<const PairLook> looks, LampKind kind, const RoadView& view) {
+// The lamps' colour says which way the vehicle faces; does its range clearly say the opposite?
+bool motion_contradicts(const std::vector<PairLook>& looks, LampKind kind, const RoadView& view) {
   constexpr double kClear_m = 4.0, kClearShare = 0.25, kScaleDoubt = 1.35, kSlow_mps = 3.0;
   std::vector<double> times_s, ranges_m;
   for (const PairLook& look : looks) {
@@ -94,15 +94,6 @@ bool ranges_contradict(std::span<const PairLook> looks, LampKind kind, const Roa
   if (std::max(std::abs(nearer_m), ego_m) < clear_m) return false;
   if (kind == LampKind::headlamp) return closing_mps * kScaleDoubt + kSlow_mps < ego_mps;
   return closing_mps / kScaleDoubt - kSlow_mps > ego_mps;
-}
-
-// The lamps' colour says which way the vehicle faces; does its range clearly say the opposite? In
-// the later half, too: before, one of its lamps may have been paired with another light.
-bool motion_contradicts(const std::vector<PairLook>& looks, LampKind kind, const RoadView& view) {
-  constexpr std::size_t kFewest = 6;
-  const std::span<const PairLook> all(looks);
-  return ranges_contradict(all, kind, view) &&
-         (looks.size() < kFewest || ranges_contradict(all.last(looks.size() / 2), kind, view));
 }
 
 constexpr double kMoved_m = 4.0;  // along the road, by less a light may seem to move that stands
