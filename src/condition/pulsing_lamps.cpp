@@ -198,7 +198,7 @@ class Turns {
   /// Whether levels go on from one to the next as light of a vehicle does: no slow edges and no
   /// other light's pulses are in them.
   bool smooth(const std::vector<Level>& levels) const {
-    constexpr double kUneven = 0.06, kSigmas = 3.0;         // of the jump
+    constexpr double kUneven = 0.06, kSigmas = 3.0;          // of the jump
     constexpr double kSigmaFromMedian = 0.6744897501960817;  // median of |x|, x standard normal
     std::vector<double> bends, noises;
     where_clear(levels, [&](std::size_t k, const PulseWindow& window) {

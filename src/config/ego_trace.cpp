@@ -106,8 +106,9 @@ class TraceReader {
     }
     constexpr double kMost_mps = 100.0, kStands_mps = 0.3;  // noise of one that stands
     if (values[1] < -kStands_mps || values[1] > kMost_mps) {
-      problem(number, kColumns[1], number_text(values[1]) + " is out of range",
-              "must be metres per second, from 0 (less noise) to " + number_text(kMost_mps));
+      problem(
+          number, kColumns[1], number_text(values[1]) + " is out of range",
+          "must be metres per second, from -0.3 (one that stands) to " + number_text(kMost_mps));
       return false;
     }
     values[1] = std::max(0.0, values[1]);

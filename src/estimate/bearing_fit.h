@@ -16,7 +16,7 @@ struct BearingFit {
   std::vector<LampReading> readings;
   bool scaled = false;  ///< something but a lane fixes the scale
   /// More scatter is not that of lamps; before a camera that drives, and pitches, upright more is.
-  Eigen::Vector2d most_scatter_px;
+  Eigen::Vector2d most_scatter_px = Eigen::Vector2d::Zero();
 
   /// Whether the model explains the bearings at all, by a motion that tyres can give.
   bool explains() const;

@@ -57,7 +57,7 @@ std::string light_rows(const TraceSummary& trace) {
         named("flicker of " + fixed_text(trace.mains_hz, 2) + " Hz mains", watts(trace.flicker_w));
   if (!trace.pulsing.empty())
     rows +=
-        named("vehicles whose lamps pulse", number_text(static_cast<double>(trace.pulsing.size())));
+        named("stretches of pulsing light", number_text(static_cast<double>(trace.pulsing.size())));
   return rows;
 }
 

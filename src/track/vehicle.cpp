@@ -122,23 +122,25 @@ bool beside_the_road(const std::vector<double>& laterals_m,
   return view.beyond_lanes_m(lateral_m) > margin_m;
 }
 
-// From the first to before the last frame, or after, of which no two lamps of one vehicle seem to
-// step apart or together: one of them was paired with another light there.
-void keep_longest_pair(std::vector<LampRecord>& left, std::vector<LampRecord>& right) {
-  constexpr double kStepLn = 0.7, kStep_px = 6.0;
+// Of two lamps that step apart or together from one frame to the next one was paired with another
+// light before, or after: keeps what is longest. False where that is not most of it.
+bool keep_longest_pair(std::vector<LampRecord>& left, std::vector<LampRecord>& right) {
+  constexpr double kStepLn = 0.7, kStep_px = 6.0, kAtOnce_s = 0.2, kMost = 0.6;
   struct Look {
     std::int64_t frame;
-    double apart_px;
+    double time_s, apart_px;
   };
   std::vector<Look> looks;
   for (auto a = left.begin(), b = right.begin(); a != left.end() && b != right.end();) {
-    if (a->frame == b->frame) looks.push_back({a->frame, (b->at_px - a->at_px).norm()});
+    if (a->frame == b->frame)
+      looks.push_back({a->frame, seconds_of(a->time), (b->at_px - a->at_px).norm()});
     const std::int64_t frame = std::min(a->frame, b->frame);
     a += a->frame == frame;
     b += b->frame == frame;
   }
   const auto steps = [](const Look& one, const Look& next) {
-    return std::abs(next.apart_px - one.apart_px) > kStep_px &&
+    return next.time_s - one.time_s < kAtOnce_s &&
+           std::abs(next.apart_px - one.apart_px) > kStep_px &&
            std::abs(std::log(next.apart_px / one.apart_px)) > kStepLn;
   };
   auto first = looks.begin(), last = looks.begin();
@@ -151,13 +153,14 @@ void keep_longest_pair(std::vector<LampRecord>& left, std::vector<LampRecord>& r
     }
     begin = end;
   }
-  if (last - first == static_cast<std::ptrdiff_t>(looks.size())) return;
+  if (last - first == static_cast<std::ptrdiff_t>(looks.size())) return true;
   const std::int64_t from = first->frame, to = std::prev(last)->frame;
   for (auto* records : {&left, &right})
     std::erase_if(*records, [&](const LampRecord& record) {
       return (first != looks.begin() && record.frame < from) ||
              (last != looks.end() && record.frame > to);
     });
+  return static_cast<double>(last - first) > kMost * static_cast<double>(looks.size());
 }
 
 }  // namespace
@@ -221,7 +224,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
     std::erase_if(*records, [&](const LampRecord& record) {
       return vehicle.last_as_another && record.frame <= *vehicle.last_as_another;
     });
-  keep_longest_pair(left, right);
+  const bool one_pair = keep_longest_pair(left, right);
   int fitting = 0;
   std::vector<PairLook> looks;
   std::vector<double> laterals_m, lateral_sigmas_m, strengths, tail_log_odds;
@@ -327,7 +330,8 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   }
   track.direction = track.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;
   track.single_lamp = false;
-  track.ambiguous_identity = vehicle.ambiguous || (vehicle.came_apart && fitting < kSurePairsOfCut);
+  track.ambiguous_identity =
+      vehicle.ambiguous || !one_pair || (vehicle.came_apart && fitting < kSurePairsOfCut);
   return Verdict::vehicle;
 }
 

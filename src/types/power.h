@@ -57,7 +57,7 @@ struct PowerTraceFacts {
   double mains_hz = 0.0;          ///< as its flicker shows; 0: it shows none
   double flicker_w = 0.0;         ///< amplitude of the mains flicker taken out
   double drift_w = 0.0;           ///< range of the slow changes of ambient light taken out
-  std::vector<PulsingLight> pulsing;             ///< in order of time, not overlapping
+  std::vector<PulsingLight> pulsing;             ///< in order of time; may overlap
   std::map<std::string, std::int64_t> rejected;  ///< reason -> samples left out
   std::optional<StampFall> fall;                 ///< the first, where stamps go back
   bool blocks_constant_light = false;  ///< the amplifier: the level swings back after each vehicle

@@ -285,6 +285,13 @@ TEST(Geometry, ACarAheadIsMeasuredHoweverOneWanders) {
   }
 }
 
+// By half a degree: the elevations tell little then, the separation of the lamps what it can.
+TEST(Geometry, ADashcamThatPitchesHardMeasuresWithWideIntervals) {
+  const CarsAhead cars = cars_ahead(4.5, 7.0);
+  EXPECT_GE(cars.measured, 28);
+  EXPECT_GE(cars.inside, 0.9 * cars.measured);
+}
+
 // The 6 s in which it is nearest: the last ones of one that is caught up with, by its lamps'
 // separation, or of a lone lamp by its light.
 TEST(Geometry, OfALongTrackTheNearestPartIsMeasured) {

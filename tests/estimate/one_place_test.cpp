@@ -69,6 +69,14 @@ TEST(OnePlace, FourLampsAtOnceAreTwoVehicles) {
   EXPECT_FALSE(one_vehicle(estimate_of(1, kCar, Frames::all), estimate_of(2, kCar, Frames::all)));
 }
 
+// What a camera that smooths over time shows of the frame before, near by.
+TEST(OnePlace, FourLampsOfTwoThatWouldBeInOneAnotherAreOneVehicle) {
+  const View near{.from_s = 1.6, .to_s = 2.8, .sigma_px = 0.1};
+  const VehicleEstimate car = estimate_of(1, kCar, Frames::all);
+  EXPECT_TRUE(one_vehicle(car, estimate_of(2, moved(kCar, 0.4, 0.0), Frames::all, near)));
+  EXPECT_FALSE(one_vehicle(car, estimate_of(3, moved(kCar, 6.0, 0.0), Frames::all, near)));
+}
+
 TEST(OnePlace, ALightOfACarIsTheCar) {
   // One of its lamps, 0.6 m from its middle.
   const Vehicle lamp{.along_m = 70.0, .lateral_m = kCar.lateral_m + 0.6};
