@@ -35,7 +35,8 @@ double pulsing_std_mps(const PowerTraceFacts& trace, double from_s, double to_s,
 bool of_several(const DelayFit& fit, std::size_t lanes, double others_share);
 
 /// Standard deviation of ln of the light of a stretch, one factor for all of it: of lamps whose
-/// duty samples of single instants do not tell. Zero where nothing pulses. Times are the trace's own.
+/// duty samples of single instants do not tell. Zero where nothing pulses. Times are the trace's
+/// own.
 double log_light_std(const PowerTraceFacts& trace, double from_s, double to_s);
 
 }  // namespace vildar
