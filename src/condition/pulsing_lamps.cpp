@@ -331,11 +331,12 @@ class PulsingRun {
     return windows_.each.begin() + static_cast<std::ptrdiff_t>(window);
   }
 
-  /// First what the brightest vehicle lights, then the rest.
+  /// First what the brightest vehicle lights, then the rest; no more once too much cannot be told.
   void even_out_parts() {
+    constexpr int kMostTries = 64;
     const PulseEdges edges = pulse_edges(trace_, windows_, run_.first, run_.second);
     std::vector<Range> left{run_};
-    while (!left.empty()) {
+    for (int tries = 0; !left.empty() && tries < kMostTries;) {
       const Range part = left.back();
       left.pop_back();
       if (part.second < part.first + kFewestWindows) continue;
@@ -343,7 +344,9 @@ class PulsingRun {
           at(part.first), at(part.second),
           [](const PulseWindow& a, const PulseWindow& b) { return a.jump_w() < b.jump_w(); });
       const auto middle = static_cast<std::size_t>(brightest - windows_.each.begin());
+      const std::size_t found = trace_.pulsing.size();
       const Range seen = even_out_about(middle, part, edges);
+      tries += trace_.pulsing.size() == found;
       left.emplace_back(part.first, seen.first);
       left.emplace_back(seen.second, part.second);
     }
