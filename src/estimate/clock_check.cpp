@@ -97,7 +97,7 @@ std::optional<std::string> clock_fault(const Trajectory& camera_only, const Site
   const auto error_s = only_fitting_error_s(camera_only, site, power);
   if (!error_s) return std::nullopt;
   return "the photodiodes' light comes when the camera has the vehicle there with a "
-         "time_offset_s " +
+         "time_offset_s about " +
          fixed_text(std::abs(*error_s), 2) + " s " + (*error_s > 0.0 ? "greater" : "less") +
          " than the site's alone" + kNoSpeed;
 }
