@@ -74,7 +74,7 @@ class Measuring {
       for (const VehicleSighting& sighting : track.sightings) frames.push_back(sighting.frame);
       std::optional<SteadyView> steady = steady_view(track, tracker.turns_in(frames), site_);
       Ended one{std::move(track), std::move(steady)};
-      if (!traces_.empty() && one.track.kind == LampKind::headlamp)
+      if (!traces_.empty() && one.track.kind == LampKind::headlamp && !one.track.beside_lanes_m)
         lit_.push_back(one.steady ? lit_vehicle(one.steady->track, one.steady->site)
                                   : lit_vehicle(one.track, site_));
       waiting_.push_back(std::move(one));

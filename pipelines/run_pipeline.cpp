@@ -8,6 +8,7 @@
 #include "core/text.h"
 #include "optics/ies_file.h"
 #include "pipelines/interrupt.h"
+#include "pipelines/own_turns.h"
 #include "pipelines/run_annotate.h"
 #include "pipelines/run_clip.h"
 #include "pipelines/run_passes.h"
@@ -123,6 +124,8 @@ void describe_clip(const RunOptions& options, const Site& site, const ClipMeasur
   summary.counts["static_lights"] = measurement.track_counts.static_lights;
   summary.counts["reflections"] = measurement.track_counts.reflections;
   summary.counts["short_tracks"] = measurement.track_counts.short_tracks;
+  summary.counts["beside_the_lanes"] = measurement.track_counts.off_road;
+  summary.counts["undecided"] = measurement.track_counts.undecided;
   note_missing_frames(options, measurement.frame_steps, summary);
   summary.timings_s.insert(measurement.timings_s.begin(), measurement.timings_s.end());
   append(summary.warnings, counts.warnings);
@@ -136,6 +139,14 @@ void describe_clip(const RunOptions& options, const Site& site, const ClipMeasur
         options.site.string() +
         ": road.straight_m beside ego: the bend is taken to stay that far ahead of the moving "
         "camera all along the clip; cut the clip to the bend and write straight_m: 0");
+  if (measurement.vehicles.empty() && measurement.track_counts.moving_lights > 0)
+    summary.warnings.push_back(
+        options.site.string() + ": no vehicle was found, but " +
+        std::to_string(measurement.track_counts.moving_lights) +
+        " lights moved through the picture for a second or more: as lamps of vehicles they would "
+        "not be on the road stated; check the camera's pitch_deg (negative: down), yaw_deg and "
+        "position_m, and the road");
+  append(summary.warnings, turns_off_the_road(site, measurement.last_frame_s));
   summary.damaged |= counts.damaged();
 }
 

@@ -232,6 +232,12 @@ bool of_two_vehicles(const Trajectory& likeliest, const Uncertain& tilt_rad) {
 Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& whole, const Camera& camera,
                                                   const Site& site,
                                                   std::vector<std::string>& warnings) {
+  if (whole.beside_lanes_m) {
+    warnings.push_back("it drives at y = " + fixed_text(*whole.beside_lanes_m, 1) +
+                       " m, beside the lanes of the site file: check the signs of their lateral_m, "
+                       "road.kind and the camera's yaw, or add its lane");
+    return Miss::not_on_road;
+  }
   const auto told = told_part(whole, site);
   if (told && told->sightings.empty()) {
     warnings.push_back(

@@ -210,8 +210,14 @@ std::optional<Eigen::Vector2d> RoadView::spot_at(const RoadPosition& at) const {
 }
 
 double RoadView::lateral_sigma_m(double inverse_depth_per_m) const {
-  return std::hypot(site_.camera->position_m[1].std,
-                    site_.camera->yaw_rad.std / inverse_depth_per_m);
+  const double depth_m = 1.0 / inverse_depth_per_m;
+  double bend_m = 0.0;
+  if (site_.road.radius_m) {
+    const double on_bend_m = std::max(0.0, depth_m - site_.road.straight_m);
+    const Uncertain& radius_m = *site_.road.radius_m;
+    bend_m = 0.5 * on_bend_m * on_bend_m * radius_m.std / (radius_m.mean * radius_m.mean);
+  }
+  return std::hypot(site_.camera->position_m[1].std, site_.camera->yaw_rad.std * depth_m, bend_m);
 }
 
 double RoadView::beyond_lanes_m(double lateral_m) const {

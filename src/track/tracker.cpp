@@ -408,6 +408,8 @@ void Tracker::Impl::end_single(const Lamp& whole, std::vector<VehicleTrack>& end
     if (!done) return;
     track = std::move(*done);
   }
+  counts_.moving_lights +=
+      verdict != Verdict::vehicle && verdict != Verdict::reflection && moves_plainly(whole, view_);
   report(verdict, std::move(track), ended);
 }
 

@@ -36,6 +36,9 @@ struct TrackCounts {
   std::int64_t short_tracks = 0;   ///< vehicles seen too briefly, or in too few frames
   std::int64_t off_road = 0;       ///< vehicle-like, but beside the lanes of the site file
   std::int64_t undecided = 0;      ///< single lights that never showed that they are a vehicle
+  /// Of single lights that are neither vehicles nor reflections: before a camera that stands moved
+  /// for a second or more, by 50 mrad or more.
+  std::int64_t moving_lights = 0;
 };
 
 /// Follows lamps from frame to frame and joins them into vehicles. Not thread-safe; one per clip.

@@ -78,9 +78,11 @@ double median_slope_down(const std::vector<PairLook>& looks) {
   return median(std::move(slopes_down));
 }
 
-// The lamps' colour says which way the vehicle faces; does its range clearly say the opposite?
-bool motion_contradicts(const std::vector<PairLook>& looks, LampKind kind, const RoadView& view) {
-  constexpr double kClear_m = 4.0, kClearShare = 0.25, kScaleDoubt = 1.35, kSlow_mps = 3.0;
+// Whether a pair comes, or goes, plainly as lamps of a kind that drive do, and no light that
+// stands. `scale_doubt`: by how much its separation may differ from what lamps have.
+bool drives_as(LampKind kind, const std::vector<PairLook>& looks, double scale_doubt,
+               double slow_mps, const RoadView& view) {
+  constexpr double kClear_m = 4.0, kClearShare = 0.25;
   std::vector<double> times_s, ranges_m;
   for (const PairLook& look : looks) {
     times_s.push_back(look.time_s);
@@ -92,8 +94,15 @@ bool motion_contradicts(const std::vector<PairLook>& looks, LampKind kind, const
   const double ego_m = ego_mps * (times_s.back() - times_s.front());
   const double clear_m = std::max(kClear_m, kClearShare * median(ranges_m));
   if (std::max(std::abs(nearer_m), ego_m) < clear_m) return false;
-  if (kind == LampKind::headlamp) return closing_mps * kScaleDoubt + kSlow_mps < ego_mps;
-  return closing_mps / kScaleDoubt - kSlow_mps > ego_mps;
+  if (kind == LampKind::headlamp) return closing_mps / scale_doubt - slow_mps > ego_mps;
+  return closing_mps * scale_doubt + slow_mps < ego_mps;
+}
+
+// The lamps' colour says which way the vehicle faces; does its range clearly say the opposite?
+bool motion_contradicts(const std::vector<PairLook>& looks, LampKind kind, const RoadView& view) {
+  constexpr double kScaleDoubt = 1.35, kSlow_mps = 3.0;
+  const LampKind opposite = kind == LampKind::headlamp ? LampKind::taillamp : LampKind::headlamp;
+  return drives_as(opposite, looks, kScaleDoubt, kSlow_mps, view);
 }
 
 constexpr double kMoved_m = 4.0;  // along the road, by less a light may seem to move that stands
@@ -310,7 +319,13 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       static_cast<double>(looks.size()) < pair_share * static_cast<double>(track.sightings.size()))
     return Verdict::undecided;
   if (!view.moving_sensor() && stays(looks, view)) return Verdict::static_light;
-  if (beside_the_road(laterals_m, lateral_sigmas_m, view)) return Verdict::off_road;
+  track.beside_lanes_m.reset();
+  if (beside_the_road(laterals_m, lateral_sigmas_m, view)) {
+    // Lights along the road that stand are beside it as well.
+    constexpr double kScaleDoubt = 1.2, kSlow_mps = 2.0;
+    if (!drives_as(like, looks, kScaleDoubt, kSlow_mps, view)) return Verdict::off_road;
+    track.beside_lanes_m = median(laterals_m);
+  }
 
   track.kind = vehicle.kind;
   track.direction_contradicts = motion_contradicts(looks, vehicle.kind, view);
@@ -333,6 +348,12 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   track.ambiguous_identity =
       vehicle.ambiguous || !one_pair || (vehicle.came_apart && fitting < kSurePairsOfCut);
   return Verdict::vehicle;
+}
+
+bool moves_plainly(const Lamp& light, const RoadView& view) {
+  constexpr double kLong_s = 1.0, kFar_rad = 0.05;
+  return !view.moving_sensor() && !light.fixed && light.lived_s() >= kLong_s &&
+         light.wandered_px() >= kFar_rad * view.focal_px();
 }
 
 Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions& options,

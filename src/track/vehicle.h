@@ -70,6 +70,9 @@ void cut_where_it_came_apart(Vehicle& gone);
 /// coding shifts it.
 inline constexpr double kMoved_px = 8.0;
 
+/// Before a camera that stands: whether a light moved for a second or more, by 50 mrad or more.
+bool moves_plainly(const Lamp& light, const RoadView& view);
+
 enum class Verdict { vehicle, short_track, static_light, reflection, off_road, undecided };
 
 /// What a vehicle, or a light without a partner, turns out to be now that it is gone. The

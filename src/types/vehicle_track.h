@@ -44,6 +44,8 @@ struct VehicleTrack {
   bool ambiguous_identity = false;
   /// Colour says one direction of travel, motion the other.
   bool direction_contradicts = false;
+  /// Drives here across the road, beside the lanes of the site file: no speed is told of it.
+  std::optional<double> beside_lanes_m;
   std::vector<VehicleSighting> sightings;
 };
 

@@ -262,6 +262,12 @@ TEST(Geometry, DoubtsOfTheTrackAreKept) {
   const VehicleEstimate estimate = estimate_vehicle(track, site, {});
   EXPECT_EQ(estimate.result.withheld, Miss::direction_contradicts);
   EXPECT_FALSE(estimate.rows.front().range_m);
+  track.direction_contradicts = false;
+  track.beside_lanes_m = -7.2;
+  const VehicleResult beside = estimate_vehicle(track, site, {}).result;
+  EXPECT_EQ(beside.withheld, Miss::not_on_road);
+  ASSERT_EQ(beside.warnings.size(), 1U);
+  EXPECT_NE(beside.warnings[0].find("y = -7.2 m"), std::string::npos) << beside.warnings[0];
 }
 
 // It stands 20 m off for two seconds, where its speed, nought, is known best of all.

@@ -54,16 +54,51 @@ TEST(Tracker, ShortVisitsAreCountedNotReported) {
   EXPECT_EQ(outcome.counts.blobs, 8);
 }
 
-TEST(Tracker, LanesPutVehiclesBesideTheRoadOut) {
+TEST(Tracker, AVehicleBesideTheLanesIsToldAsOne) {
   scene::Scene made;
   made.site = scene::site_of(5, -4, 1400, 1920, 1080);
   made.site.road.lanes = {{"near", {-4.0, 0.0}, 3.5, Direction::oncoming}};
   made.cars = {scene::Car{}, scene::Car{}};
   made.cars[1].y_m = 9.0;
   const auto outcome = scene::run(made);
-  ASSERT_EQ(outcome.tracks.size(), 1U);
-  EXPECT_EQ(outcome.car_of(0), 0);
-  EXPECT_EQ(outcome.counts.off_road, 1);
+  ASSERT_EQ(outcome.tracks.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const std::optional<double>& beside_m = outcome.tracks[i].beside_lanes_m;
+    ASSERT_TRUE(outcome.car_of(i));
+    EXPECT_EQ(beside_m.has_value(), outcome.car_of(i) == 1);
+    EXPECT_NEAR(beside_m.value_or(9.0), 9.0, 0.5);
+  }
+}
+
+// A parked car with its lamps on before a dashcam seems to come as the dashcam drives.
+TEST(Tracker, WhatStandsBesideTheLanesIsNoVehicle) {
+  scene::Scene made;
+  made.site = scene::site_of(1.3, 0, 1400, 1920, 1080);
+  made.site.road.lanes = {{"own", {0.0, 0.0}, 3.5, Direction::receding}};
+  made.site.ego = EgoSite{{14.0, 0.0}, {}, {}};
+  made.cars = {scene::Car{}};
+  made.cars[0].y_m = 9.0;
+  made.cars[0].speed_mps = 0.0;
+  const auto stands = scene::run(made);
+  EXPECT_TRUE(stands.tracks.empty());
+  EXPECT_EQ(stands.counts.off_road, 1);
+  made.cars[0].speed_mps = -14.0;
+  const auto drives = scene::run(made);
+  ASSERT_EQ(drives.tracks.size(), 1U);
+  EXPECT_TRUE(drives.tracks[0].beside_lanes_m);
+}
+
+// With the pitch's sign wrong all lamps are over the horizon.
+TEST(Tracker, LightsThatMoveAndAreNoVehiclesAreCounted) {
+  scene::Scene made;
+  made.site = scene::site_of(5, -4, 1400, 1920, 1080);
+  made.cars = {scene::Car{}};
+  EXPECT_EQ(scene::run(made).counts.moving_lights, 0);
+  made.told = made.site;
+  made.told->camera->pitch_rad.mean *= -1.0;
+  const auto outcome = scene::run(made);
+  EXPECT_TRUE(outcome.tracks.empty());
+  EXPECT_EQ(outcome.counts.moving_lights, 2);
 }
 
 TEST(Tracker, IdsRiseWithTheFirstSighting) {
