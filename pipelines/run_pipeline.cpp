@@ -6,6 +6,7 @@
 #include "config/site_file.h"
 #include "core/error.h"
 #include "core/text.h"
+#include "estimate/site_doubts.h"
 #include "optics/ies_file.h"
 #include "pipelines/interrupt.h"
 #include "pipelines/own_turns.h"
@@ -236,6 +237,8 @@ RunOutcome run_pipeline(const RunOptions& options) {
     files.push_back(TracksWriter(options.out / "tracks.csv").finish());
   }
 
+  for (const std::string& doubt : site_doubts(outcome.vehicles))
+    summary.warnings.push_back(options.site.string() + ": " + doubt);
   collect_vehicle_warnings(outcome.vehicles, summary);
   files.push_back(write_speeds(options.out / "speeds.csv", outcome.vehicles));
   files.push_back(write_methods(options.out / "methods.csv", outcome.vehicles));

@@ -42,6 +42,27 @@ std::map<std::string, double> scale_information(const Trajectory& trajectory) {
   return information;
 }
 
+// The prior's residual has a variance of 1 less the share of it that the fit takes up.
+std::map<std::string, double> prior_pulls(const Trajectory& trajectory) {
+  constexpr double kUntested = 0.1;  // of the variance
+  using Jet = ceres::Jet<double, kPathParameters>;
+  const PriorResidual priors{&trajectory.problem};
+  std::array<Jet, kPathParameters> path;
+  for (int i = 0; i < kPathParameters; ++i)
+    path[static_cast<std::size_t>(i)] = Jet(trajectory.fit.parameters[i], i);
+  std::vector<Jet> residuals(static_cast<std::size_t>(priors.count()));
+  priors(path.data(), residuals.data());
+  std::map<std::string, double> pulls;
+  const std::vector<std::string> names = prior_names(trajectory.problem);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (names[i].empty() || names[i] == "photodiode_delay") continue;
+    const PathVector& slopes = residuals[i].v;
+    const double left_open = 1.0 - slopes.dot(trajectory.fit.covariance * slopes);
+    if (left_open > kUntested) pulls[names[i]] = residuals[i].a / std::sqrt(left_open);
+  }
+  return pulls;
+}
+
 }  // namespace
 
 SpeedBudget speed_budget(const Trajectory& trajectory, double time_s) {
@@ -67,6 +88,7 @@ SpeedBudget speed_budget(const Trajectory& trajectory, double time_s) {
   for (const auto& [name, share] : information)
     if (share > kWorthNaming * whole) budget.scale_shares[name] = share / whole;
   if (whole - known > kWorthNaming * whole) budget.scale_shares["other"] = (whole - known) / whole;
+  budget.prior_pulls = prior_pulls(trajectory);
   return budget;
 }
 

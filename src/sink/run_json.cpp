@@ -55,7 +55,8 @@ Json json_of(const VehicleResult& vehicle) {
     if (vehicle.budget)
       json["budget"] = {{"shape", vehicle.budget->shape},
                         {"scale", vehicle.budget->scale},
-                        {"scale_shares", vehicle.budget->scale_shares}};
+                        {"scale_shares", vehicle.budget->scale_shares},
+                        {"prior_pulls", vehicle.budget->prior_pulls}};
     if (!vehicle.chi2_per_dof.empty()) json["chi2_per_dof"] = vehicle.chi2_per_dof;
   }
   json["sensors"] = Json::array();

@@ -50,6 +50,9 @@ struct SpeedBudget {
   double scale = 0.0;  ///< what the lengths known in metres leave open
   /// What fixes the scale, and its share of all information on it.
   std::map<std::string, double> scale_shares;
+  /// How far each known quantity comes out from what was known of it, in standard deviations of
+  /// that difference; those that nothing else tells are left out.
+  std::map<std::string, double> prior_pulls;
 };
 
 /// One row of speeds.csv, and the methods behind it.

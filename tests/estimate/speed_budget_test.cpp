@@ -1,9 +1,14 @@
 #include "estimate/speed_budget.h"
 
 #include <cmath>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
+#include "estimate/site_doubts.h"
 #include "estimate/vehicle.h"
 #include "simulated_pass.h"
 
@@ -70,6 +75,45 @@ TEST(SpeedBudget, ChiSquareIsOneForHonestSigmas) {
   const VehicleResult result = measured({0.3, 0.1, 0.15});
   constexpr double kSlack = 0.9;  // four sigmas of 2 / degrees of freedom, some 30
   EXPECT_NEAR(result.chi2_per_dof.at("camera"), 1.0, kSlack);
+}
+
+// Vehicles as the site says that they are come out off what it says by one sigma. Of a camera that
+// hangs lower than stated all come out alike: the lamps, 2.75 m below it, too high.
+TEST(SpeedBudget, PullsAreOfOneSigmaWhereTheSiteIsRight) {
+  constexpr int kVehicles = 300;
+  const Site site = simulated::mast_site(4.0);
+  Site lower = site;
+  lower.camera->position_m[2].mean = 3.4;
+  std::map<std::string, double> sums, squares;
+  std::vector<VehicleResult> right, wrong;
+  Random random(20261126);
+  for (int i = 0; i < kVehicles; ++i) {
+    simulated::Vehicle vehicle;
+    vehicle.lateral_m = random.normal(-4.0, 0.3);
+    vehicle.height_m = random.normal(0.65, 0.1);
+    vehicle.separation_m = random.normal(1.2, 0.15);
+    right.push_back(
+        estimate_vehicle(simulated::track_of(vehicle, site, {}, random), site, {}).result);
+    ASSERT_TRUE(right.back().budget);
+    for (const auto& [name, pull] : right.back().budget->prior_pulls) {
+      sums[name] += pull;
+      squares[name] += pull * pull;
+    }
+    if (wrong.size() < 12)
+      wrong.push_back(
+          estimate_vehicle(simulated::track_of(vehicle, lower, {}, random), site, {}).result);
+  }
+  for (const char* name : {"lamp_height", "lamp_separation", "lane"}) {
+    constexpr double kSlack = 4.0;  // of the standard errors of a mean and of a variance
+    EXPECT_NEAR(sums.at(name) / kVehicles, 0.0, kSlack / std::sqrt(kVehicles)) << name;
+    EXPECT_NEAR(squares.at(name) / kVehicles, 1.0, kSlack * std::sqrt(2.0 / kVehicles)) << name;
+  }
+  EXPECT_TRUE(site_doubts(right).empty());
+  const auto doubts = site_doubts(wrong);
+  ASSERT_FALSE(doubts.empty());
+  EXPECT_NE(doubts[0].find("vehicles come out higher than the site file says"), std::string::npos)
+      << doubts[0];
+  EXPECT_TRUE(site_doubts(std::span(wrong).first(2)).empty());
 }
 
 }  // namespace

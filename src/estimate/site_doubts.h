@@ -1,0 +1,17 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "types/result.h"
+
+namespace vildar {
+
+/// Of each known quantity that vehicles have one by one (lamp height, lamp separation, place in
+/// the lane): whether the measured ones come out off what the site file says of it more alike than
+/// vehicles differ: by more than two of its standard deviations on average, and 4.5 of that mean's.
+/// One vehicle may be odd; three in one direction say that the site is. At most one warning each.
+std::vector<std::string> site_doubts(std::span<const VehicleResult> vehicles);
+
+}  // namespace vildar
