@@ -13,6 +13,8 @@ namespace vildar {
 namespace {
 
 constexpr double kApertureSpreads = 3.5;  // 99.8 % of a gaussian's light lies within
+/// Standard deviation of the share of it that a lens' wings spread further than that.
+constexpr double kUntoldWings = 0.03;
 constexpr double kWindowSpreads = 3.0;
 constexpr double kLeastSpread_px = 0.45;
 constexpr int kRingWidth_px = 3;
@@ -320,7 +322,7 @@ void Photometer::sum_flux(const LumaView& luma, const LightScale& scale, Measure
   }
   light.flux = sum;
   light.flux_sigma = std::hypot(std::sqrt(variance), pixels * light.background_sigma,
-                                scale.coding.flux_share * sum);
+                                std::max(scale.coding.flux_share, kUntoldWings) * sum);
 }
 
 std::vector<Measured>& Photometer::measure(const LumaView& luma, const PeakFinder& finder,
