@@ -80,6 +80,28 @@ void look_at_both(const VehicleEstimate& one, const VehicleEstimate& other, Look
   }
 }
 
+// Whether the lamps of two pairs stand right below one another: fog lamps or daytime strips, and
+// headlamps. A follower's are hidden by the roof of the one ahead or 0.8 m higher in the picture.
+bool share_a_front(const VehicleEstimate& one, const VehicleEstimate& other) {
+  constexpr double kAside_m = 0.35, kUpright_m = 0.6, kMostly = 0.8;
+  constexpr int kFewest = 5;
+  int pairs = 0, below = 0;
+  look_at_both(one, other, [&](const TrackRow& a, const TrackRow& b) {
+    const auto range_m = a.range_m ? a.range_m : b.range_m;
+    if (!shows_pair(a.sighting) || !shows_pair(b.sighting) || !range_m || !a.bearing_left_rad ||
+        !a.bearing_right_rad || !b.bearing_left_rad || !b.bearing_right_rad)
+      return;
+    const auto close = [&](const Eigen::Vector2d& lamp_rad, const Eigen::Vector2d& other_rad) {
+      const Eigen::Vector2d off_m = *range_m * (lamp_rad - other_rad).cwiseAbs();
+      return off_m.x() < kAside_m && off_m.y() < kUpright_m;
+    };
+    ++pairs;
+    below += close(*a.bearing_left_rad, *b.bearing_left_rad) &&
+             close(*a.bearing_right_rad, *b.bearing_right_rad);
+  });
+  return pairs >= kFewest && below > kMostly * pairs;
+}
+
 double brightest_flux(const TrackRow& row) {
   double flux = 0.0;
   for (const auto& lamp : {row.sighting.left, row.sighting.right})
@@ -180,6 +202,7 @@ bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other) {
   const double from_s = std::max(a.t_first_s, b.t_first_s);
   const double to_s = std::min(a.t_last_s, b.t_last_s);
   if (from_s - to_s > kLongestGap_s) return false;
+  if (share_a_front(one, other)) return true;
   // Four lamps are of one only where two bodies would surely be in one another: a camera that
   // smooths over time shows what it saw a frame before as well.
   constexpr double kInside_m = 3.0, kSurely = 2.0;
@@ -236,6 +259,34 @@ bool mirrors(const VehicleEstimate& lower, const VehicleEstimate& source, double
   return line->over_m > kLeast_m && line->over_m < kSlack * image_m;
 }
 
+bool on_the_body(const VehicleEstimate& light, const VehicleEstimate& carrier) {
+  constexpr double kGap_s = 0.25, kShortest_m = 3.5;  // gap to the next vehicle, and a car
+  constexpr double kBefore_m = 1.0, kMostBeside_m = 1.3, kLeast_s = 1.0;
+  constexpr int kSteps = 8;
+  const VehicleResult &a = light.result, &b = carrier.result;
+  const double from_s = std::max(a.t_first_s, b.t_first_s);
+  const double to_s = std::min(a.t_last_s, b.t_last_s);
+  if (light.trajectories.empty() || carrier.trajectories.empty() || a.direction != b.direction ||
+      !always_alone(light) || always_alone(carrier) || to_s - from_s < kLeast_s)
+    return false;
+  double surest_m = INFINITY;
+  bool on_it = false;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double time_s = from_s + (to_s - from_s) * i / kSteps;
+    const MotionState one = mixed_state(light.trajectories, time_s);
+    const MotionState other = mixed_state(carrier.trajectories, time_s);
+    const double behind_m = one.range_m - other.range_m;
+    const double sigma_m = std::hypot(one.range_std_m, other.range_std_m);
+    const double most_m = kShortest_m + kGap_s * std::abs(other.over_ground_mps);
+    if (behind_m < -kBefore_m - sigma_m || behind_m > most_m + sigma_m) return false;
+    if (sigma_m > surest_m) continue;
+    surest_m = sigma_m;
+    on_it =
+        behind_m + sigma_m < most_m && std::abs(one.lateral_m - other.lateral_m) < kMostBeside_m;
+  }
+  return on_it;
+}
+
 bool glints_beside(const VehicleEstimate& light, const VehicleEstimate& source) {
   constexpr std::size_t kFewest = 10;
   constexpr double kNearer = 1.3, kMostOff_m = 1.0;
@@ -286,7 +337,10 @@ void MeasuredVehicles::add(VehicleEstimate estimate) {
           withhold_second(*carrier, "moves as what the lamps of " + named(*upper) +
                                         " light would, or is the only lamp of a vehicle with "
                                         "those on its roof; which cannot be told");
-      } else if (glints_beside(*upper, *carrier))
+      } else if (on_the_body(*upper, *carrier))
+        withhold_second(*upper, "keeps to a place within the length of " + named(*carrier) +
+                                    "; taken for a light on its side");
+      else if (glints_beside(*upper, *carrier))
         withhold_second(*upper, "moves as a glint of " + named(*carrier) +
                                     " on a rail beside the road would; taken for one");
   }

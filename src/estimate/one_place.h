@@ -8,10 +8,10 @@ namespace vildar {
 
 /// Whether two measured vehicles are one, seen twice: in all of the time that both are in view they
 /// stand, as far as can be told, where two vehicles do not fit, and they seldom show four lamps at
-/// once, or surely stand inside one another. Of a light without a partner it is enough that it
-/// cannot be told apart from a vehicle that has two lamps. So are two in view one after the other,
-/// within a second, of which the second surely goes on where the first was. False where either has
-/// no speed from the camera.
+/// once, or surely stand inside one another, or their lamps right below one another. Of a light
+/// without a partner it is enough that it cannot be told apart from a vehicle that has two lamps.
+/// So are two in view one after the other, within a second, of which the second surely goes on
+/// where the first was. False where either has no speed from the camera.
 bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other);
 
 /// Whether the lamps of `upper` move as lamps higher on the body of `carrier` would: from a camera
@@ -25,6 +25,11 @@ bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, doub
 /// brighter: in line with them as rides_on() says, by a factor that an image asks for.
 bool mirrors(const VehicleEstimate& lower, const VehicleEstimate& source, double over_lamps_m,
              double lamp_height_m);
+
+/// Whether a lone `light` stands on the body of `carrier`, which shows its pair: for a second or
+/// more it keeps its place beyond the pair, no further than the next vehicle's lamps come (3.5 m
+/// and a quarter of a second), and within 1.3 m beside its middle. A caravan's side marker, say.
+bool on_the_body(const VehicleEstimate& light, const VehicleEstimate& carrier);
 
 /// Whether a lone `light` moves as the glint that a lamp of `source` draws along a rail or a wall
 /// beside the road: farther out in the picture, fainter than the lamps (of lamps that clip, than

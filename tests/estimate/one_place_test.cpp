@@ -65,8 +65,33 @@ TEST(OnePlace, TwoTracksThatTakeTurnsOnOneCarAreOneVehicle) {
   EXPECT_TRUE(one_vehicle(estimate_of(1, kCar, Frames::even), estimate_of(2, kCar, Frames::odd)));
 }
 
-TEST(OnePlace, FourLampsAtOnceAreTwoVehicles) {
-  EXPECT_FALSE(one_vehicle(estimate_of(1, kCar, Frames::all), estimate_of(2, kCar, Frames::all)));
+// Headlamps and, lower and further in, fog lamps or daytime strips; or the next car's headlamps.
+TEST(OnePlace, PairsRightBelowOneAnotherAreOneVehicle) {
+  const VehicleEstimate car = estimate_of(1, kCar, Frames::all);
+  Vehicle fog_lamps = kCar;
+  fog_lamps.height_m -= 0.3;
+  fog_lamps.separation_m -= 0.3;
+  EXPECT_TRUE(one_vehicle(car, estimate_of(2, fog_lamps, Frames::all)));
+  EXPECT_FALSE(one_vehicle(car, estimate_of(3, moved(kCar, 8.0, 0.0), Frames::all)));
+  const Site low = mast_site(1.5);
+  EXPECT_FALSE(one_vehicle(estimate_of(1, kCar, Frames::all, kLong, low),
+                           estimate_of(3, moved(kCar, 8.0, 0.0), Frames::all, kLong, low)));
+}
+
+// A caravan's side marker, 4 m ahead of its tail lamps; a motorcycle 12 m ahead, or beside it.
+TEST(OnePlace, ALoneLightWithinAVehiclesLengthIsOnItsBody) {
+  const VehicleEstimate car = estimate_of(1, kCar, Frames::all);
+  Site site = mast_site(5.0);
+  site.road.lanes.push_back({"middle", {-5.8, 0.3}, 1.8, Direction::oncoming});
+  const auto lone_at = [&](double behind_m, double aside_m) {
+    return estimate_of(2, moved(kMotorcycle, behind_m, aside_m), Frames::all, lone(), site);
+  };
+  EXPECT_TRUE(on_the_body(lone_at(4.0, 1.0), car));
+  EXPECT_FALSE(on_the_body(lone_at(12.0, 0.0), car));
+  EXPECT_FALSE(on_the_body(lone_at(4.0, -1.8), car));
+  EXPECT_FALSE(on_the_body(lone_at(-6.0, 0.0), car));
+  EXPECT_FALSE(on_the_body(car, lone_at(4.0, 1.0)));
+  EXPECT_FALSE(on_the_body(estimate_of(3, moved(kCar, 4.0, 0.0), Frames::all), car));
 }
 
 // What a camera that smooths over time shows of the frame before, near by.
