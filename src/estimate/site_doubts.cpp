@@ -1,5 +1,6 @@
 #include "estimate/site_doubts.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -23,31 +24,64 @@ constexpr std::array<Known, 3> kOfEachVehicle{
      {"lane", "further left", "further right",
       "the lanes' lateral_m, the camera's position_m and yaw_deg"}}};
 
+struct Pulls {
+  int count = 0;
+  double mean = 0.0;
+
+  bool alike(double least_mean, double sigmas) const {
+    constexpr int kFewest = 3;
+    return count >= kFewest && std::abs(mean) >= least_mean &&
+           std::abs(mean) * std::sqrt(count) >= sigmas;
+  }
+};
+
+Pulls pulls_of(const char* name, std::span<const VehicleResult> vehicles) {
+  Pulls pulls;
+  double sum = 0.0;
+  for (const VehicleResult& vehicle : vehicles) {
+    if (vehicle.withheld || !vehicle.budget) continue;
+    const auto pull = vehicle.budget->prior_pulls.find(name);
+    if (pull == vehicle.budget->prior_pulls.end()) continue;
+    ++pulls.count;
+    sum += pull->second;
+  }
+  if (pulls.count > 0) pulls.mean = sum / pulls.count;
+  return pulls;
+}
+
+double mean_acceleration_mps2(std::span<const VehicleResult> vehicles) {
+  double sum = 0.0, count = 0.0;
+  for (const VehicleResult& vehicle : vehicles) {
+    if (vehicle.withheld || !vehicle.acceleration_mps2) continue;
+    sum += *vehicle.acceleration_mps2;
+    count += 1.0;
+  }
+  return sum / std::max(count, 1.0);
+}
+
 }  // namespace
 
 std::vector<std::string> site_doubts(std::span<const VehicleResult> vehicles) {
-  constexpr int kFewest = 3;
-  constexpr double kLeastMean = 2.0, kSigmas = 4.5;
   std::vector<std::string> doubts;
   for (const Known& known : kOfEachVehicle) {
-    int count = 0;
-    double sum = 0.0;
-    for (const VehicleResult& vehicle : vehicles) {
-      if (vehicle.withheld || !vehicle.budget) continue;
-      const auto pull = vehicle.budget->prior_pulls.find(known.name);
-      if (pull == vehicle.budget->prior_pulls.end()) continue;
-      ++count;
-      sum += pull->second;
-    }
-    if (count < kFewest) continue;
-    const double mean = sum / count;
-    if (std::abs(mean) < kLeastMean || std::abs(mean) * std::sqrt(count) < kSigmas) continue;
-    doubts.push_back("the lamps of " + std::to_string(count) + " vehicles come out " +
-                     (mean > 0.0 ? known.larger : known.smaller) + " than the site file says, by " +
-                     fixed_text(std::abs(mean), 1) +
+    const Pulls pulls = pulls_of(known.name, vehicles);
+    if (!pulls.alike(2.0, 4.5)) continue;
+    doubts.push_back("the lamps of " + std::to_string(pulls.count) + " vehicles come out " +
+                     (pulls.mean > 0.0 ? known.larger : known.smaller) +
+                     " than the site file says, by " + fixed_text(std::abs(pulls.mean), 1) +
                      " of its standard deviations on average, and their speeds are off with them: "
                      "check " +
                      known.facts);
+  }
+  // Where they stop or start again all do so.
+  const Pulls accelerations = pulls_of("acceleration", vehicles);
+  if (accelerations.alike(0.9, 2.5)) {
+    const double mean_mps2 = mean_acceleration_mps2(vehicles);
+    doubts.push_back(std::to_string(accelerations.count) + " vehicles seem to " +
+                     (mean_mps2 > 0.0 ? "speed up" : "brake") + " by " +
+                     fixed_text(std::abs(mean_mps2), 1) +
+                     " m/s2 on average; where they do not, their speeds are off: check whether the "
+                     "road bends as the site file says, and the camera's yaw_deg");
   }
   return doubts;
 }

@@ -11,7 +11,9 @@ namespace vildar {
 /// Of each known quantity that vehicles have one by one (lamp height, lamp separation, place in
 /// the lane): whether the measured ones come out off what the site file says of it more alike than
 /// vehicles differ: by more than two of its standard deviations on average, and 4.5 of that mean's.
-/// One vehicle may be odd; three in one direction say that the site is. At most one warning each.
+/// One vehicle may be odd; three in one direction say that the site is. And whether all seem to
+/// speed up or brake alike (0.9 and 2.5), as on a bend that the site file tells the other way. At
+/// most one warning each.
 std::vector<std::string> site_doubts(std::span<const VehicleResult> vehicles);
 
 }  // namespace vildar

@@ -116,5 +116,21 @@ TEST(SpeedBudget, PullsAreOfOneSigmaWhereTheSiteIsRight) {
   EXPECT_TRUE(site_doubts(std::span(wrong).first(2)).empty());
 }
 
+TEST(SiteDoubts, AllThatSeemToBrakeAreNamed) {
+  std::vector<VehicleResult> vehicles(4);
+  for (VehicleResult& vehicle : vehicles) {
+    vehicle.budget.emplace().prior_pulls["acceleration"] = -1.5;
+    vehicle.acceleration_mps2 = -2.0;
+  }
+  const auto doubts = site_doubts(vehicles);
+  ASSERT_EQ(doubts.size(), 1U);
+  EXPECT_NE(doubts[0].find("4 vehicles seem to brake by 2.0 m/s2 on average"), std::string::npos)
+      << doubts[0];
+  vehicles[0].budget->prior_pulls["acceleration"] = 1.5;
+  EXPECT_TRUE(site_doubts(vehicles).empty());
+  for (VehicleResult& vehicle : vehicles) vehicle.withheld = Miss::bad_fit;
+  EXPECT_TRUE(site_doubts(vehicles).empty());
+}
+
 }  // namespace
 }  // namespace vildar
