@@ -201,7 +201,10 @@ bool ClipDecoder::read_packet() {
   int errors_in_a_row = 0;
   for (;;) {
     const int result = av_read_frame(container_.get(), packet_.get());
-    if (result == AVERROR_EOF) return false;
+    if (result == AVERROR_EOF) {
+      broke_off_ = stops_within_a_frame();
+      return false;
+    }
     if (result < 0) {
       const bool at_end = container_->pb == nullptr || avio_feof(container_->pb) != 0;
       if (at_end || ++errors_in_a_row >= kReadErrorsInARow) {
@@ -212,7 +215,10 @@ bool ClipDecoder::read_packet() {
     }
     errors_in_a_row = 0;
     // An empty packet would tell the decoder that the stream has ended.
-    if (packet_->stream_index == stream_->index && packet_->size > 0) return true;
+    if (packet_->stream_index == stream_->index && packet_->size > 0) {
+      packet_end_ = packet_->pos + packet_->size;
+      return true;
+    }
     av_packet_unref(packet_.get());
   }
 }
@@ -251,6 +257,12 @@ bool ClipDecoder::index_points_past_the_end() const {
     if (entry->pos + entry->size > size) return true;
   }
   return false;
+}
+
+/// Of YUV4MPEG, which has neither index nor length; its demuxer passes over part of a frame.
+bool ClipDecoder::stops_within_a_frame() const {
+  return std::strcmp(container_->iformat->name, "yuv4mpegpipe") == 0 && container_->pb != nullptr &&
+         packet_end_ > 0 && avio_size(container_->pb) > packet_end_;
 }
 
 bool ClipDecoder::truncated() const {

@@ -51,6 +51,7 @@ class ClipDecoder {
   void feed();
   bool read_packet();
   bool index_points_past_the_end() const;
+  bool stops_within_a_frame() const;
 
   struct Freed {
     void operator()(AVFormatContext* container) const;
@@ -67,6 +68,7 @@ class ClipDecoder {
   std::optional<double> end_s_;  ///< of the last packet, from the start of the stream
   bool draining_ = false;
   bool broke_off_ = false;
+  std::int64_t packet_end_ = 0;  ///< where in the file the last packet ends
 };
 
 }  // namespace vildar

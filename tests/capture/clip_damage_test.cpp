@@ -112,6 +112,26 @@ TEST(ClipDamage, TruncatedClipsAreUsedAsFarAsTheyGo) {
   }
 }
 
+// It has no index, and its frames one size.
+TEST(ClipDamage, AnUncompressedClipThatEndsWithinAFrameIsTruncated) {
+  const TemporaryFolder folder;
+  constexpr std::size_t kFrames = 20, kFrame_bytes = 96 * 80 * 3 / 2;
+  std::string bytes = "YUV4MPEG2 W96 H80 F25:1 Ip A1:1 C420jpeg\n";
+  for (std::size_t frame = 0; frame < kFrames; ++frame)
+    bytes += "FRAME\n" + std::string(kFrame_bytes, static_cast<char>(60 + frame));
+  for (const auto& [cut_bytes, truncated] : {std::pair<std::size_t, bool>{0, false},
+                                             {kFrame_bytes / 2, true},
+                                             {kFrame_bytes, true},
+                                             {kFrame_bytes + 3, true},
+                                             {kFrame_bytes + 6, false}}) {
+    const auto path = folder.path() / "cut.y4m";
+    test::write_bytes(path, bytes.substr(0, bytes.size() - cut_bytes));
+    ClipSource source(path);
+    EXPECT_EQ(all_frames(source).size(), cut_bytes == 0 ? kFrames : kFrames - 1) << cut_bytes;
+    EXPECT_EQ(source.counts().truncated, truncated) << cut_bytes;
+  }
+}
+
 TEST(ClipDamage, WholeClipsAreNotCalledTruncated) {
   const TemporaryFolder folder;
   for (const char* name : {"whole.mp4", "whole.mkv", "whole.avi", "whole.ts"}) {
