@@ -49,6 +49,11 @@ Pulls pulls_of(const char* name, std::span<const VehicleResult> vehicles) {
   return pulls;
 }
 
+bool drives(const SpeedEstimate& speed) {
+  constexpr double kClear = 3.0;
+  return speed.speed_mps > kClear * speed.std_mps;
+}
+
 double mean_acceleration_mps2(std::span<const VehicleResult> vehicles) {
   double sum = 0.0, count = 0.0;
   for (const VehicleResult& vehicle : vehicles) {
@@ -61,8 +66,22 @@ double mean_acceleration_mps2(std::span<const VehicleResult> vehicles) {
 
 }  // namespace
 
-std::vector<std::string> site_doubts(std::span<const VehicleResult> vehicles) {
+std::vector<std::string> site_doubts(std::span<const VehicleResult> vehicles,
+                                     const RoadSite& road) {
   std::vector<std::string> doubts;
+  if (!road.lanes.empty()) {
+    int drive = 0, in_none = 0;
+    for (const VehicleResult& vehicle : vehicles) {
+      if (vehicle.withheld || !vehicle.used_camera || !drives(vehicle.speed)) continue;
+      ++drive;
+      in_none += vehicle.lane.empty();
+    }
+    if (in_none > 1 && 2 * in_none > drive)
+      doubts.push_back(std::to_string(in_none) + " of " + std::to_string(drive) +
+                       " vehicles drive in none of the lanes told for their direction: check the "
+                       "lanes' lateral_m and direction, and the camera's position_m, yaw_deg and "
+                       "pitch_deg; their speeds may be off as well");
+  }
   for (const Known& known : kOfEachVehicle) {
     const Pulls pulls = pulls_of(known.name, vehicles);
     if (!pulls.alike(2.0, 4.5)) continue;

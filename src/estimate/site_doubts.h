@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "types/result.h"
+#include "types/site.h"
 
 namespace vildar {
 
@@ -14,6 +15,7 @@ namespace vildar {
 /// One vehicle may be odd; three in one direction say that the site is. And whether all seem to
 /// speed up or brake alike (0.9 and 2.5), as on a bend that the site file tells the other way. At
 /// most one warning each.
-std::vector<std::string> site_doubts(std::span<const VehicleResult> vehicles);
+/// And whether most that drive, two or more, do so in none of the lanes told.
+std::vector<std::string> site_doubts(std::span<const VehicleResult> vehicles, const RoadSite& road);
 
 }  // namespace vildar
