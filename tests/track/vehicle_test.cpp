@@ -259,5 +259,47 @@ TEST(JudgeVehicle, WhatWasComingApartWhenLastSeenIsReportedAsFarAsItWasGood) {
       << "good when last seen, and yet bad";
 }
 
+// Far off its right lamp was taken for the partner of a post's reflector, twice as far aside.
+TEST(JudgeVehicle, OfLampsThatStepApartTheLongestPairIsKept) {
+  const Road road;
+  const auto judge = [&](std::int64_t step) {
+    Lamp left = road.lamp(0, 60, -3.4);
+    Lamp right = road.lamp(0, 60, [&](std::int64_t frame) { return frame < step ? -7.0 : -4.6; });
+    Vehicle vehicle = scene::vehicle_of(left, right, 61);
+    VehicleTrack track;
+    EXPECT_EQ(judge_vehicle(vehicle, road.view, {}, {}, track), Verdict::vehicle) << step;
+    return track;
+  };
+  const VehicleTrack mostly = judge(15);
+  EXPECT_EQ(mostly.sightings.front().frame, 15);
+  EXPECT_EQ(mostly.sightings.back().frame, 60);
+  EXPECT_FALSE(mostly.ambiguous_identity);
+  const VehicleTrack doubtful = judge(28);
+  EXPECT_EQ(doubtful.sightings.front().frame, 28);
+  EXPECT_TRUE(doubtful.ambiguous_identity);
+  const VehicleTrack never = judge(0);
+  EXPECT_EQ(never.sightings.front().frame, 0);
+}
+
+// A camera that shows colour holds white lamps that drive away against them; a grey one does not.
+TEST(JudgeVehicle, WithoutColourWhatDrivesAwayHasTailLamps) {
+  const Road road;
+  for (const bool grey : {false, true}) {
+    Lamp left = road.lamp(0, 50, -3.4), right = road.lamp(0, 50, -4.6);
+    for (Lamp* lamp : {&left, &right}) {
+      drive_away(*lamp);
+      for (LampRecord& record : lamp->records) record.tail_log_odds = -3.0;
+    }
+    LightScale lights;
+    for (int i = 0; i < 100; ++i) lights.see_colour(grey ? 0.0 : 0.05, 0.0);
+    Vehicle vehicle = scene::vehicle_of(left, right, 51);
+    VehicleTrack track;
+    ASSERT_EQ(judge_vehicle(vehicle, road.view, {}, lights, track), Verdict::vehicle);
+    EXPECT_EQ(track.kind, grey ? LampKind::taillamp : LampKind::headlamp);
+    EXPECT_EQ(track.direction, grey ? Direction::receding : Direction::oncoming);
+    EXPECT_EQ(track.direction_contradicts, !grey);
+  }
+}
+
 }  // namespace
 }  // namespace vildar
