@@ -14,7 +14,7 @@ namespace {
 constexpr double kLeastContrast = 6.0;
 constexpr double kLeastContrastClipped = 2.5;
 /// What is red enough is no light on paint or bodies.
-constexpr double kLeastContrastRed = 2.0;
+constexpr double kLeastContrastRed = 1.6;
 /// A lamp seen as large as this is near, and a near lamp is no dimmer than this.
 constexpr double kWideSpread_px = 5.0;
 constexpr double kWideLeastPeak = 0.25;
