@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <span>
 
 #include "core/text.h"
 #include "optics/ego_motion.h"
@@ -17,10 +19,30 @@ constexpr double kAside_m = 14.0;  // over its way: more than one turns who chan
 // How far the own vehicle turns from the first to the last quarter of a stretch of its way.
 struct OwnTurn {
   double from_s, to_s, off_rad, heading_rad, way_m;
+  double radius_m;  // where it turns most
 };
 
-OwnTurn sharpest_turn(const EgoMotion& ego, double road_curvature_per_m, double to_s) {
-  std::vector<DrivenPose> way{{.time_s = 0.0}};
+// Of the part in which it turns at half the sharpest curvature or more.
+double radius_of(std::span<const DrivenPose> way) {
+  const auto curvature = [&](std::size_t i) {
+    const double way_m = way[i + 1].way_m - way[i].way_m;
+    return way_m > 0.0 ? std::abs(way[i + 1].heading_rad - way[i].heading_rad) / way_m : 0.0;
+  };
+  double sharpest = 0.0;
+  for (std::size_t i = 0; i + 1 < way.size(); ++i) sharpest = std::max(sharpest, curvature(i));
+  double turned_rad = 0.0, turning_m = 0.0;
+  for (std::size_t i = 0; i + 1 < way.size(); ++i) {
+    if (curvature(i) < 0.5 * sharpest) continue;
+    turned_rad += std::abs(way[i + 1].heading_rad - way[i].heading_rad);
+    turning_m += way[i + 1].way_m - way[i].way_m;
+  }
+  return turning_m / turned_rad;
+}
+
+std::optional<OwnTurn> sharpest_turn(const EgoMotion& ego, Uncertain road_curvature_per_m,
+                                     double from_s, double to_s) {
+  constexpr double kSigmas = 2.5;
+  std::vector<DrivenPose> way{{.time_s = from_s}};
   while (way.back().time_s < to_s)
     way.push_back(ego.driven(way.back(), std::min(to_s, way.back().time_s + kStep_s)));
   const std::size_t window =
@@ -31,44 +53,64 @@ OwnTurn sharpest_turn(const EgoMotion& ego, double road_curvature_per_m, double 
     for (std::size_t i = first; i < first + quarter; ++i) sum += way[i].*field;
     return sum / static_cast<double>(quarter);
   };
-  OwnTurn most{};
+  std::optional<OwnTurn> most;
   for (std::size_t first = 0; first + window <= way.size(); ++first) {
     const std::size_t last = first + window - quarter;
     const auto change = [&](double DrivenPose::*field) {
       return mean(last, field) - mean(first, field);
     };
     const double heading_rad = change(&DrivenPose::heading_rad), way_m = change(&DrivenPose::way_m);
-    const double off_rad = heading_rad - road_curvature_per_m * way_m;
-    if (std::abs(off_rad) > std::max(kMost_rad, kAside_m / way_m) &&
-        std::abs(off_rad) > std::abs(most.off_rad))
-      most = {way[first].time_s, way[first + window - 1].time_s, off_rad, heading_rad, way_m};
+    const double off_rad = heading_rad - road_curvature_per_m.mean * way_m;
+    const double least_rad =
+        std::max(kMost_rad, kAside_m / way_m) + kSigmas * road_curvature_per_m.std * way_m;
+    if (std::abs(off_rad) > least_rad && (!most || std::abs(off_rad) > std::abs(most->off_rad)))
+      most = {way[first].time_s,
+              way[first + window - 1].time_s,
+              off_rad,
+              heading_rad,
+              way_m,
+              radius_of(std::span(way).subspan(first, window))};
   }
   return most;
+}
+
+std::string advice(const OwnTurn& turn, double road_curvature_per_m) {
+  constexpr double kAlike = 0.3;
+  const double road_rad = road_curvature_per_m * turn.way_m;
+  if (std::abs(turn.heading_rad + road_rad) < kAlike * std::abs(road_rad))
+    return "check the sign of the yaw rates (positive: to the left) and road.turn";
+  if (std::abs(turn.heading_rad) < kMost_rad)
+    return "write road.kind: straight where that is the road";
+  return std::string("write road.kind: curved, turn: ") +
+         (turn.heading_rad > 0.0 ? "left" : "right") +
+         ", radius_m: " + fixed_text(turn.radius_m, 0) + " where that is the road, or cut the clip";
 }
 
 }  // namespace
 
 std::vector<std::string> turns_off_the_road(const Site& site, double to_s) {
-  if (!site.ego || !site.ego->turns_known()) return {};
-  const double road_curvature_per_m =
-      site.road.radius_m ? bend_of(site.road) / site.road.radius_m->mean : 0.0;
-  const OwnTurn turn = sharpest_turn(EgoMotion(*site.ego, site.road), road_curvature_per_m, to_s);
-  if (turn.off_rad == 0.0) return {};
+  // Where a bend begins ahead of a camera that drives is not known: that has a warning of its own.
+  if (!site.ego || !site.ego->turns_known() || site.road.straight_m > 0.0) return {};
+  Uncertain road_curvature_per_m;
+  if (const auto& radius_m = site.road.radius_m)
+    road_curvature_per_m = {bend_of(site.road) / radius_m->mean,
+                            radius_m->std / (radius_m->mean * radius_m->mean)};
+  const std::vector<EgoSample>& trace = site.ego->trace;
+  const auto turn =
+      sharpest_turn(EgoMotion(*site.ego, site.road), road_curvature_per_m,
+                    std::max(0.0, trace.front().time_s), std::min(to_s, trace.back().time_s));
+  if (!turn) return {};
   const auto degrees = [](double rad) {
     return fixed_text(std::abs(rad) * 180.0 / std::numbers::pi, 0);
   };
-  const std::string side = turn.heading_rad > 0.0 ? "left" : "right";
-  const std::string road = std::abs(turn.heading_rad) < kMost_rad
-                               ? "road.kind: straight"
-                               : "road.kind: curved, turn: " + side + ", radius_m: " +
-                                     fixed_text(turn.way_m / std::abs(turn.heading_rad), 0);
-  return {site.file.string() + ": from " + fixed_text(turn.from_s, 1) + " to " +
-          fixed_text(turn.to_s, 1) + " s of the clip the own vehicle turns by " +
-          degrees(turn.heading_rad) + " degrees to the " + side +
-          " (yaw rates of the ego trace), " + degrees(turn.off_rad) +
+  return {site.file.string() + ": from " + fixed_text(turn->from_s, 1) + " to " +
+          fixed_text(turn->to_s, 1) + " s of the clip the own vehicle turns by " +
+          degrees(turn->heading_rad) + " degrees to the " +
+          (turn->heading_rad > 0.0 ? "left" : "right") + " (yaw rates of the ego trace), " +
+          degrees(turn->off_rad) +
           " degrees off the road stated: vehicles on a road that bends otherwise are withheld, or "
-          "found beside it; write " +
-          road + " where that is the road, or cut the clip"};
+          "found beside it; " +
+          advice(*turn, road_curvature_per_m.mean)};
 }
 
 }  // namespace vildar

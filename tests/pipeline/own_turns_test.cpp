@@ -41,6 +41,41 @@ TEST(OwnTurns, TheRoadStatedIsFollowed) {
   EXPECT_EQ(turns_off_the_road(site, kEnd_s).size(), 1U);
 }
 
+TEST(OwnTurns, ALooselyKnownRadiusIsAllowedFor) {
+  Site site = site_of([](double) { return 15.0 / 210.0; });
+  site.road.kind = RoadKind::curved;
+  site.road.radius_m = Uncertain{400.0, 150.0};
+  EXPECT_TRUE(turns_off_the_road(site, kEnd_s).empty());
+  site.road.radius_m->std = 10.0;
+  const auto told = turns_off_the_road(site, kEnd_s);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_NE(told[0].find("turn: left, radius_m: 210 "), std::string::npos) << told[0];
+}
+
+// The last yaw rate does not hold after the trace: it ends in the middle of a change of lanes.
+TEST(OwnTurns, BeyondTheTraceNothingIsTold) {
+  Site site = site_of([](double t_s) { return t_s > 2.0 ? 0.09 : 0.0; });
+  std::erase_if(site.ego->trace, [](const EgoSample& sample) { return sample.time_s > 3.0; });
+  EXPECT_TRUE(turns_off_the_road(site, kEnd_s).empty());
+}
+
+TEST(OwnTurns, YawRatesOfTheOtherSignAreNamedAsThat) {
+  Site site = site_of([](double) { return -0.15; });
+  site.road.kind = RoadKind::curved;
+  site.road.radius_m = Uncertain{100.0, 0.0};
+  const auto told = turns_off_the_road(site, kEnd_s);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_NE(told[0].find("check the sign of the yaw rates"), std::string::npos) << told[0];
+}
+
+// Its straight ends are within the 8 s, too.
+TEST(OwnTurns, TheRadiusIsThatOfTheTurn) {
+  const Site site = site_of([](double t_s) { return t_s > 10.0 && t_s < 13.0 ? 0.5 : 0.0; }, 5.0);
+  const auto told = turns_off_the_road(site, kEnd_s);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_NE(told[0].find("radius_m: 10 "), std::string::npos) << told[0];
+}
+
 // By 3.5 m within 60 and 20 m, beside a sensor that is off by 0.3 degrees/s all the while.
 TEST(OwnTurns, ChangingLanesWithADriftingSensorKeepsToTheRoad) {
   constexpr double kChange_m = 3.5, kPi = std::numbers::pi;
