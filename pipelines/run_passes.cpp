@@ -38,13 +38,16 @@ bool lights(const VehicleResult& vehicle, double peak_s, const PhotodiodeSite& p
   constexpr double kBefore_s = 1.0, kAfter_s = 5.0, kWayShare = 0.25;
   const bool in_view =
       peak_s > vehicle.t_first_s - kBefore_s && peak_s < vehicle.t_last_s + kAfter_s;
-  if (vehicle.withheld || vehicle.direction != Direction::oncoming || !vehicle.range_ref_m)
-    return in_view;
+  // When one without a speed drives by is not known; one that brakes comes later than its speed
+  // says.
+  constexpr double kSlow_mps = 8.0;
+  if (vehicle.withheld || vehicle.speed.speed_mps < kSlow_mps) return in_view;
+  const bool within_clip = in_view && peak_s <= end_s;
+  if (vehicle.direction != Direction::oncoming || !vehicle.range_ref_m) return within_clip;
   const double way_s =
       (*vehicle.range_ref_m - photodiode.position_m[0].mean) / vehicle.speed.speed_mps;
-  const bool drives_by =
-      std::abs(peak_s - vehicle.speed.time_s - way_s) < kBefore_s + kWayShare * way_s;
-  return drives_by || (in_view && peak_s <= end_s);
+  return within_clip ||
+         std::abs(peak_s - vehicle.speed.time_s - way_s) < kBefore_s + kWayShare * std::abs(way_s);
 }
 
 }  // namespace

@@ -140,7 +140,7 @@ void describe_clip(const RunOptions& options, const Site& site, const ClipMeasur
         options.site.string() +
         ": road.straight_m beside ego: the bend is taken to stay that far ahead of the moving "
         "camera all along the clip; cut the clip to the bend and write straight_m: 0");
-  if (measurement.vehicles.empty() && measurement.track_counts.moving_lights > 0)
+  if (measurement.vehicles.empty() && measurement.track_counts.moving_lights > 1)
     summary.warnings.push_back(
         options.site.string() + ": no vehicle was found, but " +
         std::to_string(measurement.track_counts.moving_lights) +

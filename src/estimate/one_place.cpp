@@ -83,7 +83,7 @@ void look_at_both(const VehicleEstimate& one, const VehicleEstimate& other, Look
 // Whether the lamps of two pairs stand right below one another: fog lamps or daytime strips, and
 // headlamps. A follower's are hidden by the roof of the one ahead or 0.8 m higher in the picture.
 bool share_a_front(const VehicleEstimate& one, const VehicleEstimate& other) {
-  constexpr double kAside_m = 0.35, kUpright_m = 0.6, kMostly = 0.8;
+  constexpr double kAside_m = 0.35, kUpright_m = 0.6, kMostly = 0.8, kMostWider = 1.6;
   constexpr int kFewest = 5;
   int pairs = 0, below = 0;
   look_at_both(one, other, [&](const TrackRow& a, const TrackRow& b) {
@@ -95,8 +95,11 @@ bool share_a_front(const VehicleEstimate& one, const VehicleEstimate& other) {
       const Eigen::Vector2d off_m = *range_m * (lamp_rad - other_rad).cwiseAbs();
       return off_m.x() < kAside_m && off_m.y() < kUpright_m;
     };
+    const double wider = (*a.bearing_left_rad - *a.bearing_right_rad).norm() /
+                         (*b.bearing_left_rad - *b.bearing_right_rad).norm();
     ++pairs;
-    below += close(*a.bearing_left_rad, *b.bearing_left_rad) &&
+    below += wider < kMostWider && wider > 1.0 / kMostWider &&
+             close(*a.bearing_left_rad, *b.bearing_left_rad) &&
              close(*a.bearing_right_rad, *b.bearing_right_rad);
   });
   return pairs >= kFewest && below > kMostly * pairs;
@@ -262,6 +265,8 @@ bool mirrors(const VehicleEstimate& lower, const VehicleEstimate& source, double
 bool on_the_body(const VehicleEstimate& light, const VehicleEstimate& carrier) {
   constexpr double kGap_s = 0.25, kShortest_m = 3.5;  // gap to the next vehicle, and a car
   constexpr double kBefore_m = 1.0, kMostBeside_m = 1.3, kLeast_s = 1.0;
+  // Further back a strong light by the middle is another vehicle's.
+  constexpr double kCar_m = 4.5, kSide_m = 0.6, kFaint = 0.6;
   constexpr int kSteps = 8;
   const VehicleResult &a = light.result, &b = carrier.result;
   const double from_s = std::max(a.t_first_s, b.t_first_s);
@@ -269,7 +274,7 @@ bool on_the_body(const VehicleEstimate& light, const VehicleEstimate& carrier) {
   if (light.trajectories.empty() || carrier.trajectories.empty() || a.direction != b.direction ||
       !always_alone(light) || always_alone(carrier) || to_s - from_s < kLeast_s)
     return false;
-  double surest_m = INFINITY;
+  double surest_m = INFINITY, surest_behind_m = 0.0, surest_beside_m = 0.0;
   bool on_it = false;
   for (int i = 0; i <= kSteps; ++i) {
     const double time_s = from_s + (to_s - from_s) * i / kSteps;
@@ -281,10 +286,19 @@ bool on_the_body(const VehicleEstimate& light, const VehicleEstimate& carrier) {
     if (behind_m < -kBefore_m - sigma_m || behind_m > most_m + sigma_m) return false;
     if (sigma_m > surest_m) continue;
     surest_m = sigma_m;
-    on_it =
-        behind_m + sigma_m < most_m && std::abs(one.lateral_m - other.lateral_m) < kMostBeside_m;
+    surest_behind_m = behind_m;
+    surest_beside_m = std::abs(one.lateral_m - other.lateral_m);
+    on_it = behind_m - sigma_m > -kBefore_m && behind_m + sigma_m < most_m &&
+            surest_beside_m < kMostBeside_m;
   }
-  return on_it;
+  if (!on_it || surest_behind_m < kCar_m || surest_beside_m > kSide_m) return on_it;
+  std::vector<double> strengths;
+  look_at_both(light, carrier, [&](const TrackRow& one, const TrackRow& other) {
+    if (one.range_m && other.range_m)
+      strengths.push_back(brightest_flux(one) / brightest_flux(other) *
+                          std::pow(*one.range_m / *other.range_m, 2));
+  });
+  return !strengths.empty() && median(strengths) < kFaint;
 }
 
 bool glints_beside(const VehicleEstimate& light, const VehicleEstimate& source) {
@@ -338,8 +352,10 @@ void MeasuredVehicles::add(VehicleEstimate estimate) {
                                         " light would, or is the only lamp of a vehicle with "
                                         "those on its roof; which cannot be told");
       } else if (on_the_body(*upper, *carrier))
-        withhold_second(*upper, "keeps to a place within the length of " + named(*carrier) +
-                                    "; taken for a light on its side");
+        withhold_second(
+            *upper,
+            "keeps to a place within the length of " + named(*carrier) +
+                "; taken for a light on its side, though a motorcycle close to it looks the same");
       else if (glints_beside(*upper, *carrier))
         withhold_second(*upper, "moves as a glint of " + named(*carrier) +
                                     " on a rail beside the road would; taken for one");

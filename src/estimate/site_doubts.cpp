@@ -10,6 +10,8 @@
 namespace vildar {
 namespace {
 
+constexpr int kFewest = 3;  // vehicles
+
 struct Known {
   const char* name;  // in SpeedBudget::prior_pulls
   const char* larger;
@@ -17,35 +19,38 @@ struct Known {
   const char* facts;
 };
 constexpr std::array<Known, 3> kOfEachVehicle{
-    {{"lamp_height", "lower", "higher",
+    {{"lamp_height", "higher", "lower",
       "lamps.height_m, the camera's height (position_m) and pitch_deg"},
      {"lamp_separation", "wider apart", "closer together",
       "lamps.separation_m, focal_px, the camera's height and pitch_deg"},
      {"lane", "further left", "further right",
       "the lanes' lateral_m, the camera's position_m and yaw_deg"}}};
 
+/// Of vehicles that are pulled alike.
 struct Pulls {
   int count = 0;
   double mean = 0.0;
+  double mean_acceleration_mps2 = 0.0;
 
   bool alike(double least_mean, double sigmas) const {
-    constexpr int kFewest = 3;
     return count >= kFewest && std::abs(mean) >= least_mean &&
            std::abs(mean) * std::sqrt(count) >= sigmas;
   }
 };
 
-Pulls pulls_of(const char* name, std::span<const VehicleResult> vehicles) {
+template <class Chosen>
+Pulls pulls_of(const char* name, std::span<const VehicleResult> vehicles, const Chosen& chosen) {
   Pulls pulls;
-  double sum = 0.0;
   for (const VehicleResult& vehicle : vehicles) {
-    if (vehicle.withheld || !vehicle.budget) continue;
+    if (vehicle.withheld || !vehicle.budget || !chosen(vehicle)) continue;
     const auto pull = vehicle.budget->prior_pulls.find(name);
     if (pull == vehicle.budget->prior_pulls.end()) continue;
     ++pulls.count;
-    sum += pull->second;
+    pulls.mean += pull->second;
+    pulls.mean_acceleration_mps2 += vehicle.acceleration_mps2.value_or(0.0);
   }
-  if (pulls.count > 0) pulls.mean = sum / pulls.count;
+  pulls.mean /= std::max(pulls.count, 1);
+  pulls.mean_acceleration_mps2 /= std::max(pulls.count, 1);
   return pulls;
 }
 
@@ -54,14 +59,55 @@ bool drives(const SpeedEstimate& speed) {
   return speed.speed_mps > kClear * speed.std_mps;
 }
 
-double mean_acceleration_mps2(std::span<const VehicleResult> vehicles) {
-  double sum = 0.0, count = 0.0;
+// Most of those that the camera followed do not move as the site file asks for.
+void doubt_the_view(std::span<const VehicleResult> vehicles, std::vector<std::string>& doubts) {
+  int followed = 0, elsewhere = 0;
   for (const VehicleResult& vehicle : vehicles) {
-    if (vehicle.withheld || !vehicle.acceleration_mps2) continue;
-    sum += *vehicle.acceleration_mps2;
-    count += 1.0;
+    if (vehicle.n_frames == 0 && !vehicle.withheld) continue;
+    ++followed;
+    elsewhere += vehicle.withheld == Miss::not_on_road || vehicle.withheld == Miss::bad_fit ||
+                 vehicle.withheld == Miss::unobservable;
   }
-  return sum / std::max(count, 1.0);
+  if (elsewhere < kFewest || 2 * elsewhere <= followed) return;
+  doubts.push_back(
+      std::to_string(elsewhere) + " of " + std::to_string(followed) +
+      " vehicles do not move as on the road stated, seen from the camera stated: check "
+      "the camera's position_m, yaw_deg, pitch_deg and focal_px, the lanes, and "
+      "road.kind, turn and radius_m");
+}
+
+void doubt_the_lanes(std::span<const VehicleResult> vehicles, const RoadSite& road,
+                     std::vector<std::string>& doubts) {
+  if (road.lanes.empty()) return;
+  constexpr double kLikely = 0.7;
+  int drive = 0, in_none = 0;
+  for (const VehicleResult& vehicle : vehicles) {
+    if (vehicle.withheld || !vehicle.used_camera || !drives(vehicle.speed)) continue;
+    ++drive;
+    in_none += vehicle.no_lane_probability > kLikely;
+  }
+  if (in_none < 2 || 2 * in_none <= drive) return;
+  doubts.push_back(std::to_string(in_none) + " of " + std::to_string(drive) +
+                   " vehicles drive in none of the lanes told for their direction: add their lanes "
+                   "where they are left out; else check the lanes' lateral_m and direction and the "
+                   "camera's position_m, yaw_deg and pitch_deg, with which their speeds are off");
+}
+
+// On a bend told the other way, but also before a stop line.
+void doubt_the_bend(std::span<const VehicleResult> vehicles, std::vector<std::string>& doubts) {
+  for (const auto& [direction, name] :
+       {std::pair(Direction::oncoming, "oncoming"), std::pair(Direction::receding, "receding")}) {
+    const Pulls pulls = pulls_of("acceleration", vehicles, [&](const VehicleResult& vehicle) {
+      return vehicle.direction == direction;
+    });
+    if (!pulls.alike(0.9, 3.0)) continue;
+    const double mean_mps2 = pulls.mean_acceleration_mps2;
+    doubts.push_back(std::to_string(pulls.count) + " " + name + " vehicles seem to " +
+                     (mean_mps2 > 0.0 ? "speed up" : "brake") + " by " +
+                     fixed_text(std::abs(mean_mps2), 1) +
+                     " m/s2 on average; where they do not, their speeds are off: check whether the "
+                     "road bends as the site file says, and the camera's yaw_deg");
+  }
 }
 
 }  // namespace
@@ -69,39 +115,19 @@ double mean_acceleration_mps2(std::span<const VehicleResult> vehicles) {
 std::vector<std::string> site_doubts(std::span<const VehicleResult> vehicles,
                                      const RoadSite& road) {
   std::vector<std::string> doubts;
-  if (!road.lanes.empty()) {
-    int drive = 0, in_none = 0;
-    for (const VehicleResult& vehicle : vehicles) {
-      if (vehicle.withheld || !vehicle.used_camera || !drives(vehicle.speed)) continue;
-      ++drive;
-      in_none += vehicle.lane.empty();
-    }
-    if (in_none > 1 && 2 * in_none > drive)
-      doubts.push_back(std::to_string(in_none) + " of " + std::to_string(drive) +
-                       " vehicles drive in none of the lanes told for their direction: check the "
-                       "lanes' lateral_m and direction, and the camera's position_m, yaw_deg and "
-                       "pitch_deg; their speeds may be off as well");
-  }
+  doubt_the_view(vehicles, doubts);
+  doubt_the_lanes(vehicles, road, doubts);
   for (const Known& known : kOfEachVehicle) {
-    const Pulls pulls = pulls_of(known.name, vehicles);
+    const Pulls pulls = pulls_of(known.name, vehicles, [](const VehicleResult&) { return true; });
     if (!pulls.alike(2.0, 4.5)) continue;
     doubts.push_back("the lamps of " + std::to_string(pulls.count) + " vehicles come out " +
                      (pulls.mean > 0.0 ? known.larger : known.smaller) +
                      " than the site file says, by " + fixed_text(std::abs(pulls.mean), 1) +
-                     " of its standard deviations on average, and their speeds are off with them: "
+                     " sigmas of that difference on average, and their speeds are off with them: "
                      "check " +
                      known.facts);
   }
-  // Where they stop or start again all do so.
-  const Pulls accelerations = pulls_of("acceleration", vehicles);
-  if (accelerations.alike(0.9, 2.5)) {
-    const double mean_mps2 = mean_acceleration_mps2(vehicles);
-    doubts.push_back(std::to_string(accelerations.count) + " vehicles seem to " +
-                     (mean_mps2 > 0.0 ? "speed up" : "brake") + " by " +
-                     fixed_text(std::abs(mean_mps2), 1) +
-                     " m/s2 on average; where they do not, their speeds are off: check whether the "
-                     "road bends as the site file says, and the camera's yaw_deg");
-  }
+  doubt_the_bend(vehicles, doubts);
   return doubts;
 }
 

@@ -9,13 +9,14 @@
 
 namespace vildar {
 
-/// Of each known quantity that vehicles have one by one (lamp height, lamp separation, place in
-/// the lane): whether the measured ones come out off what the site file says of it more alike than
-/// vehicles differ: by more than two of its standard deviations on average, and 4.5 of that mean's.
-/// One vehicle may be odd; three in one direction say that the site is. And whether all seem to
-/// speed up or brake alike (0.9 and 2.5), as on a bend that the site file tells the other way. At
-/// most one warning each.
-/// And whether most that drive, two or more, do so in none of the lanes told.
+/// What a run's vehicles together say against the site file, for a person to read:
+/// - most of them, three or more, do not move as on its road (not_on_road, bad_fit, unobservable);
+/// - most that drive, two or more, do so in none of the lanes told;
+/// - of a quantity that vehicles have one by one (lamp height and separation, place in the lane)
+///   three or more come out off what is known of it alike: by two sigmas on average, and 4.5 of
+///   that mean's (SpeedBudget::prior_pulls). One vehicle may be odd;
+/// - three or more of one direction seem to speed up or brake (0.9 and 3), as on a bend that is
+///   told the other way.
 std::vector<std::string> site_doubts(std::span<const VehicleResult> vehicles, const RoadSite& road);
 
 }  // namespace vildar

@@ -42,8 +42,10 @@ std::map<std::string, double> scale_information(const Trajectory& trajectory) {
   return information;
 }
 
-// The prior's residual has a variance of 1 less the share of it that the fit takes up.
-std::map<std::string, double> prior_pulls(const Trajectory& trajectory) {
+// The prior's residual has a variance of 1 less the share of it that the fit takes up. Of the
+// camera's height over the lamps and of the closing motion the signs are turned to those of the
+// lamps' height and of `acceleration_mps2`.
+std::map<std::string, double> prior_pulls(const Trajectory& trajectory, bool recedes) {
   constexpr double kUntested = 0.1;  // of the variance
   using Jet = ceres::Jet<double, kPathParameters>;
   const PriorResidual priors{&trajectory.problem};
@@ -58,7 +60,9 @@ std::map<std::string, double> prior_pulls(const Trajectory& trajectory) {
     if (names[i].empty() || names[i] == "photodiode_delay") continue;
     const PathVector& slopes = residuals[i].v;
     const double left_open = 1.0 - slopes.dot(trajectory.fit.covariance * slopes);
-    if (left_open > kUntested) pulls[names[i]] = residuals[i].a / std::sqrt(left_open);
+    if (left_open <= kUntested) continue;
+    const bool turned = names[i] == "lamp_height" || (names[i] == "acceleration" && recedes);
+    pulls[names[i]] = (turned ? -1.0 : 1.0) * residuals[i].a / std::sqrt(left_open);
   }
   return pulls;
 }
@@ -88,7 +92,7 @@ SpeedBudget speed_budget(const Trajectory& trajectory, double time_s) {
   for (const auto& [name, share] : information)
     if (share > kWorthNaming * whole) budget.scale_shares[name] = share / whole;
   if (whole - known > kWorthNaming * whole) budget.scale_shares["other"] = (whole - known) / whole;
-  budget.prior_pulls = prior_pulls(trajectory);
+  budget.prior_pulls = prior_pulls(trajectory, state.over_ground_mps < 0.0);
   return budget;
 }
 

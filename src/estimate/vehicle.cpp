@@ -137,6 +137,8 @@ void report(const VehicleTrack& track, const Site& site, std::span<const Traject
   const MotionState state = mixed_state(trajectories, speed.time_s);
   result.speed = speed;
   result.lane = sure_lane(trajectories);
+  for (const Trajectory& one : trajectories)
+    if (one.lane.empty()) result.no_lane_probability += one.weight;
   result.withheld = gate_speed(track, state, speed);
   if (!result.withheld && in_no_lane(track, site, trajectories))
     result.withheld = Miss::not_on_road;

@@ -34,7 +34,7 @@ struct TrackCounts {
   std::int64_t static_lights = 0;  ///< street lamps, signs and the like
   std::int64_t reflections = 0;    ///< on the road, or on the vehicle's own body
   std::int64_t short_tracks = 0;   ///< vehicles seen too briefly, or in too few frames
-  std::int64_t off_road = 0;       ///< vehicle-like, but beside the lanes of the site file
+  std::int64_t off_road = 0;       ///< beside the lanes of the site file, and not plainly driving
   std::int64_t undecided = 0;      ///< single lights that never showed that they are a vehicle
   /// Of single lights that are neither vehicles nor reflections: before a camera that stands moved
   /// for a second or more, by 50 mrad or more.

@@ -98,6 +98,20 @@ bool drives_as(LampKind kind, const std::vector<PairLook>& looks, double scale_d
   return closing_mps * scale_doubt + slow_mps < ego_mps;
 }
 
+// Before a camera that stands a pair comes nearer on the road as it grows; what is shown on a sign
+// does not.
+bool moves_as_it_grows(const std::vector<PairLook>& looks, const RoadView& view) {
+  constexpr double kMost = 2.5;
+  std::vector<double> times_s, by_width_ln, by_place_ln;
+  for (const PairLook& look : looks) {
+    times_s.push_back(look.time_s);
+    by_width_ln.push_back(std::log(look.width_per_depth));
+    by_place_ln.push_back(std::log(view.place(look.middle_px).inverse_depth_per_m));
+  }
+  const double ratio = slope_of(times_s, by_place_ln) / slope_of(times_s, by_width_ln);
+  return ratio > 1.0 / kMost && ratio < kMost;
+}
+
 // The lamps' colour says which way the vehicle faces; does its range clearly say the opposite?
 bool motion_contradicts(const std::vector<PairLook>& looks, LampKind kind, const RoadView& view) {
   constexpr double kScaleDoubt = 1.35, kSlow_mps = 3.0;
@@ -323,7 +337,12 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   if (beside_the_road(laterals_m, lateral_sigmas_m, view)) {
     // Lights along the road that stand are beside it as well.
     constexpr double kScaleDoubt = 1.2, kSlow_mps = 2.0;
-    if (!drives_as(like, looks, kScaleDoubt, kSlow_mps, view)) return Verdict::off_road;
+    const auto drives = [&](LampKind kind) {
+      return drives_as(kind, looks, kScaleDoubt, kSlow_mps, view);
+    };
+    const bool either_way = drives(LampKind::headlamp) || drives(LampKind::taillamp);
+    if (view.moving_sensor() ? !drives(like) : !either_way || !moves_as_it_grows(looks, view))
+      return Verdict::off_road;
     track.beside_lanes_m = median(laterals_m);
   }
 

@@ -50,8 +50,9 @@ struct SpeedBudget {
   double scale = 0.0;  ///< what the lengths known in metres leave open
   /// What fixes the scale, and its share of all information on it.
   std::map<std::string, double> scale_shares;
-  /// How far each known quantity comes out from what was known of it, in standard deviations of
-  /// that difference; those that nothing else tells are left out.
+  /// How far each known quantity comes out over (positive) or under what was known of it, in
+  /// standard deviations of that difference, as the likeliest thing that the vehicle may be;
+  /// `acceleration` is positive where it speeds up. Those that nothing else tells are left out.
   std::map<std::string, double> prior_pulls;
 };
 
@@ -59,7 +60,8 @@ struct SpeedBudget {
 struct VehicleResult {
   int track_id = 0;
   Direction direction = Direction::oncoming;
-  std::string lane;  ///< id in the site file; empty where none fits
+  std::string lane;  ///< id in the site file; empty where none has 95 % of the probability
+  double no_lane_probability = 0.0;  ///< that it drives in none of those told
   double t_first_s = 0.0;
   double t_last_s = 0.0;
   std::optional<Miss> withheld;

@@ -116,44 +116,5 @@ TEST(SpeedBudget, PullsAreOfOneSigmaWhereTheSiteIsRight) {
   EXPECT_TRUE(site_doubts(std::span(wrong).first(1), site.road).empty());
 }
 
-TEST(SiteDoubts, MostInNoLaneDoubtTheLanes) {
-  RoadSite road = simulated::mast_site(4.0).road;
-  std::vector<VehicleResult> vehicles(3);
-  for (VehicleResult& vehicle : vehicles) {
-    vehicle.used_camera = true;
-    vehicle.speed.speed_mps = 15.0;
-    vehicle.speed.std_mps = 0.5;
-    vehicle.lane = "near";
-  }
-  vehicles[0].lane = "";
-  EXPECT_TRUE(site_doubts(vehicles, road).empty());
-  vehicles[1].lane = "";
-  const auto doubts = site_doubts(vehicles, road);
-  ASSERT_EQ(doubts.size(), 1U);
-  EXPECT_NE(doubts[0].find("2 of 3 vehicles drive in none of the lanes"), std::string::npos)
-      << doubts[0];
-  vehicles[1].speed.speed_mps = 0.2;  // parked
-  EXPECT_TRUE(site_doubts(vehicles, road).empty());
-  road.lanes.clear();
-  vehicles[1].speed.speed_mps = 15.0;
-  EXPECT_TRUE(site_doubts(vehicles, road).empty());
-}
-
-TEST(SiteDoubts, AllThatSeemToBrakeAreNamed) {
-  std::vector<VehicleResult> vehicles(4);
-  for (VehicleResult& vehicle : vehicles) {
-    vehicle.budget.emplace().prior_pulls["acceleration"] = -1.5;
-    vehicle.acceleration_mps2 = -2.0;
-  }
-  const auto doubts = site_doubts(vehicles, {});
-  ASSERT_EQ(doubts.size(), 1U);
-  EXPECT_NE(doubts[0].find("4 vehicles seem to brake by 2.0 m/s2 on average"), std::string::npos)
-      << doubts[0];
-  vehicles[0].budget->prior_pulls["acceleration"] = 1.5;
-  EXPECT_TRUE(site_doubts(vehicles, {}).empty());
-  for (VehicleResult& vehicle : vehicles) vehicle.withheld = Miss::bad_fit;
-  EXPECT_TRUE(site_doubts(vehicles, {}).empty());
-}
-
 }  // namespace
 }  // namespace vildar

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include <initializer_list>
+#include <vector>
 
 #include "core/random.h"
 #include "pipelines/run_passes.h"
