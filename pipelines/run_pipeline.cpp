@@ -1,10 +1,12 @@
 #include "pipelines/run_pipeline.h"
 
+#include <algorithm>
 #include <array>
 #include <ctime>
 
 #include "config/site_file.h"
 #include "core/error.h"
+#include "core/quantity.h"
 #include "core/text.h"
 #include "estimate/site_doubts.h"
 #include "optics/ies_file.h"
@@ -106,6 +108,17 @@ void note_missing_frames(const RunOptions& options, const FrameSteps::Tally& ste
       "the recorder's own time stamps (variable frame rate), or record with less load");
 }
 
+void doubt_own_speed(const RunOptions& options, const EgoSite& ego, RunSummary& summary) {
+  constexpr double kFastRoad_mps = 50.0;
+  double fastest_mps = ego.trace.empty() ? ego.speed_mps.mean : 0.0;
+  for (const EgoSample& sample : ego.trace) fastest_mps = std::max(fastest_mps, sample.speed_mps);
+  if (fastest_mps > kFastRoad_mps)
+    summary.warnings.push_back(options.site.string() + ": an own speed of " +
+                               fixed_text(fastest_mps, 1) + " m/s is " +
+                               fixed_text(kmh_from_mps(fastest_mps), 0) +
+                               " km/h; ego speeds are in metres per second (km/h divided by 3.6)");
+}
+
 void describe_clip(const RunOptions& options, const Site& site, const ClipMeasurement& measurement,
                    RunSummary& summary) {
   const ClipInfo& info = measurement.info;
@@ -127,6 +140,7 @@ void describe_clip(const RunOptions& options, const Site& site, const ClipMeasur
   summary.counts["short_tracks"] = measurement.track_counts.short_tracks;
   summary.counts["beside_the_lanes"] = measurement.track_counts.off_road;
   summary.counts["undecided"] = measurement.track_counts.undecided;
+  summary.counts["moving_lights"] = measurement.track_counts.moving_lights;
   note_missing_frames(options, measurement.frame_steps, summary);
   summary.timings_s.insert(measurement.timings_s.begin(), measurement.timings_s.end());
   append(summary.warnings, counts.warnings);
@@ -140,6 +154,7 @@ void describe_clip(const RunOptions& options, const Site& site, const ClipMeasur
         options.site.string() +
         ": road.straight_m beside ego: the bend is taken to stay that far ahead of the moving "
         "camera all along the clip; cut the clip to the bend and write straight_m: 0");
+  if (site.ego) doubt_own_speed(options, *site.ego, summary);
   if (measurement.vehicles.empty() && measurement.track_counts.moving_lights > 1)
     summary.warnings.push_back(
         options.site.string() + ": no vehicle was found, but " +

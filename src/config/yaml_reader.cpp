@@ -1,9 +1,11 @@
 #include "config/yaml_reader.h"
 
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <set>
 #include <system_error>
+#include <utility>
 
 #include "core/text.h"
 
@@ -304,6 +306,29 @@ void YamlMap::refuse(std::string_view name, std::string fault, std::string remed
 const fs::path& YamlMap::file() const { return self_.state_->file; }
 void YamlMap::add(Problem problem) const { self_.state_->add(std::move(problem)); }
 
+namespace {
+
+std::string_view unit_of(std::string_view key) {
+  const std::size_t at = key.rfind('_');
+  return at == std::string_view::npos ? std::string_view() : key.substr(at + 1);
+}
+
+// Who wrote speed_kmh has a value in km/h.
+std::string unit_hint(std::string_view written, std::string_view meant) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kUnits{
+      {{"mps", "metres per second: km/h divided by 3.6"},
+       {"m", "metres"},
+       {"s", "seconds"},
+       {"deg", "degrees"},
+       {"px", "pixels"}}};
+  if (unit_of(written) == unit_of(meant)) return "";
+  for (const auto& [unit, name] : kUnits)
+    if (unit == unit_of(meant)) return " It is in " + std::string(name);
+  return "";
+}
+
+}  // namespace
+
 YamlReader::YamlReader(const fs::path& file) : YamlReader(parse_yaml_file(file), file) {}
 
 YamlReader::YamlReader(std::string_view text, const fs::path& file)
@@ -339,7 +364,7 @@ void YamlReader::finish() const {
         if (near.empty())
           for (const std::string_view name : valid) remedy += " " + std::string(name);
         else
-          remedy = "did you mean \"" + std::string(near) + "\"?";
+          remedy = "did you mean \"" + std::string(near) + "\"?" + unit_hint(entry.key, near);
         all.add({here.file, here.line, here.key, "is not a known key", std::move(remedy)});
       }
     }

@@ -176,6 +176,11 @@ TEST(YamlReader, UnknownWordsAndKeysGetTheNearestKnown) {
   EXPECT_EQ(problem.line, 2);
   EXPECT_EQ(problem.key, "color");
   EXPECT_EQ(problem.remedy, "did you mean \"colour\"?");
+  double speed_mps = 0.0;
+  problem = problem_of("speed_kmh: 50\n",
+                       [&](const YamlMap& root) { root.read("speed_mps", speed_mps); });
+  EXPECT_EQ(problem.remedy,
+            "did you mean \"speed_mps\"? It is in metres per second: km/h divided by 3.6");
   problem = problem_of("something_else: 1\n", read);
   EXPECT_NE(problem.remedy.find("colour"), std::string::npos);
 }
