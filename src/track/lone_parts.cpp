@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 
 namespace vildar {
 namespace {
@@ -133,6 +134,65 @@ void drop_strange_parts(Frames& seen, double least_pair_share) {
   drop_merged_later(seen);
   drop_lone_tail(seen);
   drop_what_no_pair_vouches_for(seen, least_pair_share);
+}
+
+bool keep_longest_pair(std::vector<LampRecord>& left, std::vector<LampRecord>& right) {
+  constexpr double kStepLn = 0.7, kStep_px = 6.0, kAtOnce_s = 0.2, kGoesOn_s = 0.7, kMost = 0.6;
+  struct Look {
+    std::int64_t frame;
+    double time_s, apart_px;
+  };
+  std::vector<Look> looks;
+  for (auto a = left.begin(), b = right.begin(); a != left.end() && b != right.end();) {
+    if (a->frame == b->frame)
+      looks.push_back({a->frame, seconds_of(a->time), (b->at_px - a->at_px).norm()});
+    const std::int64_t frame = std::min(a->frame, b->frame);
+    a += a->frame == frame;
+    b += b->frame == frame;
+  }
+  const auto within = [](const Look& one, const Look& next, double most_s) {
+    return next.time_s - one.time_s < most_s;
+  };
+  const auto unlike = [](const Look& one, const Look& next) {
+    return std::abs(next.apart_px - one.apart_px) > kStep_px &&
+           std::abs(std::log(next.apart_px / one.apart_px)) > kStepLn;
+  };
+  std::vector<std::span<const Look>> pieces;
+  for (auto begin = looks.begin(); begin != looks.end();) {
+    const auto step =
+        std::adjacent_find(begin, looks.end(), [&](const Look& one, const Look& next) {
+          return within(one, next, kAtOnce_s) && unlike(one, next);
+        });
+    const auto end = step == looks.end() ? step : std::next(step);
+    pieces.emplace_back(begin, end);
+    begin = end;
+  }
+  if (pieces.size() < 2) return true;
+  const auto size = [](const auto& piece) { return piece.size(); };
+  auto first = std::ranges::max_element(pieces, {}, size), last = first;
+  std::vector<char> kept(pieces.size(), 0);
+  const auto keep = [&](auto piece) { kept[static_cast<std::size_t>(piece - pieces.begin())] = 1; };
+  const auto goes_on = [&](const auto& one, const auto& next) {
+    return within(one.back(), next.front(), kGoesOn_s) && !unlike(one.back(), next.front());
+  };
+  keep(first);
+  for (auto piece = std::next(last); piece != pieces.end(); ++piece)
+    if (goes_on(*last, *piece)) keep(last = piece);
+  for (auto piece = first; piece != pieces.begin();)
+    if (goes_on(*--piece, *first)) keep(first = piece);
+  std::size_t kept_looks = 0;
+  for (std::size_t k = 0; k < pieces.size(); ++k) {
+    if (kept[k]) {
+      kept_looks += pieces[k].size();
+      continue;
+    }
+    for (auto* records : {&left, &right})
+      std::erase_if(*records, [&](const LampRecord& record) {
+        return (k == 0 || record.frame >= pieces[k].front().frame) &&
+               (k + 1 == pieces.size() || record.frame <= pieces[k].back().frame);
+      });
+  }
+  return static_cast<double>(kept_looks) > kMost * static_cast<double>(looks.size());
 }
 
 }  // namespace vildar

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "track/lamp.h"
 #include "types/vehicle_track.h"
 
 namespace vildar {
@@ -18,5 +19,10 @@ struct SeenVehicle {
 /// them); or more of them before the first pair than `least_pair_share` pairs can vouch for. A pair
 /// more than a second from those in a row counts for none. In order of frames.
 void drop_strange_parts(std::vector<SeenVehicle>& seen, double least_pair_share);
+
+/// Of two lamps that step apart or together from one frame to the next one was paired with another
+/// light before, or after: keeps what is longest, and what goes on as that did after, or before, a
+/// few looks at something else (0.7 s). False where that is not most of it.
+bool keep_longest_pair(std::vector<LampRecord>& left, std::vector<LampRecord>& right);
 
 }  // namespace vildar

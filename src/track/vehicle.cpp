@@ -145,47 +145,6 @@ bool beside_the_road(const std::vector<double>& laterals_m,
   return view.beyond_lanes_m(lateral_m) > margin_m;
 }
 
-// Of two lamps that step apart or together from one frame to the next one was paired with another
-// light before, or after: keeps what is longest. False where that is not most of it.
-bool keep_longest_pair(std::vector<LampRecord>& left, std::vector<LampRecord>& right) {
-  constexpr double kStepLn = 0.7, kStep_px = 6.0, kAtOnce_s = 0.2, kMost = 0.6;
-  struct Look {
-    std::int64_t frame;
-    double time_s, apart_px;
-  };
-  std::vector<Look> looks;
-  for (auto a = left.begin(), b = right.begin(); a != left.end() && b != right.end();) {
-    if (a->frame == b->frame)
-      looks.push_back({a->frame, seconds_of(a->time), (b->at_px - a->at_px).norm()});
-    const std::int64_t frame = std::min(a->frame, b->frame);
-    a += a->frame == frame;
-    b += b->frame == frame;
-  }
-  const auto steps = [](const Look& one, const Look& next) {
-    return next.time_s - one.time_s < kAtOnce_s &&
-           std::abs(next.apart_px - one.apart_px) > kStep_px &&
-           std::abs(std::log(next.apart_px / one.apart_px)) > kStepLn;
-  };
-  auto first = looks.begin(), last = looks.begin();
-  for (auto begin = looks.begin(); begin != looks.end();) {
-    const auto step = std::adjacent_find(begin, looks.end(), steps);
-    const auto end = step == looks.end() ? step : std::next(step);
-    if (end - begin > last - first) {
-      first = begin;
-      last = end;
-    }
-    begin = end;
-  }
-  if (last - first == static_cast<std::ptrdiff_t>(looks.size())) return true;
-  const std::int64_t from = first->frame, to = std::prev(last)->frame;
-  for (auto* records : {&left, &right})
-    std::erase_if(*records, [&](const LampRecord& record) {
-      return (first != looks.begin() && record.frame < from) ||
-             (last != looks.end() && record.frame > to);
-    });
-  return static_cast<double>(last - first) > kMost * static_cast<double>(looks.size());
-}
-
 }  // namespace
 
 std::vector<LampRecord> records_of(const Vehicle& vehicle, const Lamp* lamp,

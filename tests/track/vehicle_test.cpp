@@ -277,6 +277,17 @@ TEST(JudgeVehicle, OfLampsThatStepApartTheLongestPairIsKept) {
   const VehicleTrack doubtful = judge(28);
   EXPECT_EQ(doubtful.sightings.front().frame, 28);
   EXPECT_TRUE(doubtful.ambiguous_identity);
+  // A glimpse of something else in between is left out alone.
+  Lamp left = road.lamp(0, 60, -3.4);
+  Lamp right =
+      road.lamp(0, 60, [](std::int64_t frame) { return frame >= 28 && frame < 32 ? -7.0 : -4.6; });
+  Vehicle glimpsed = scene::vehicle_of(left, right, 61);
+  VehicleTrack whole;
+  ASSERT_EQ(judge_vehicle(glimpsed, road.view, {}, {}, whole), Verdict::vehicle);
+  EXPECT_EQ(whole.sightings.front().frame, 0);
+  EXPECT_EQ(whole.sightings.back().frame, 60);
+  EXPECT_EQ(whole.sightings.size(), 57U);
+  EXPECT_FALSE(whole.ambiguous_identity);
   const VehicleTrack never = judge(0);
   EXPECT_EQ(never.sightings.front().frame, 0);
 }
