@@ -119,6 +119,23 @@ void doubt_own_speed(const RunOptions& options, const EgoSite& ego, RunSummary& 
                                " km/h; ego speeds are in metres per second (km/h divided by 3.6)");
 }
 
+// Before a camera that stands lights seldom move but on the road: a camera of which that is told
+// drives, or looks elsewhere.
+void doubt_moving_lights(const RunOptions& options, const Site& site,
+                         const ClipMeasurement& measurement, RunSummary& summary) {
+  constexpr std::int64_t kFewest = 2, kMany = 5;
+  const std::int64_t lights = measurement.track_counts.moving_lights;
+  const std::int64_t vehicles = std::ssize(measurement.vehicles);
+  if (site.ego || lights < (vehicles == 0 ? kFewest : std::max(kMany, vehicles + 1))) return;
+  summary.warnings.push_back(
+      options.site.string() + ": " + std::to_string(lights) +
+      " lights moved through the picture for a second or more that are no vehicles on the road "
+      "stated (" +
+      std::to_string(vehicles) +
+      " are): a camera that drives needs ego, its own motion; else check pitch_deg (negative: "
+      "down), yaw_deg and position_m, and the road");
+}
+
 void describe_clip(const RunOptions& options, const Site& site, const ClipMeasurement& measurement,
                    RunSummary& summary) {
   const ClipInfo& info = measurement.info;
@@ -155,13 +172,7 @@ void describe_clip(const RunOptions& options, const Site& site, const ClipMeasur
         ": road.straight_m beside ego: the bend is taken to stay that far ahead of the moving "
         "camera all along the clip; cut the clip to the bend and write straight_m: 0");
   if (site.ego) doubt_own_speed(options, *site.ego, summary);
-  if (measurement.vehicles.empty() && measurement.track_counts.moving_lights > 1)
-    summary.warnings.push_back(
-        options.site.string() + ": no vehicle was found, but " +
-        std::to_string(measurement.track_counts.moving_lights) +
-        " lights moved through the picture for a second or more: as lamps of vehicles they would "
-        "not be on the road stated; check the camera's pitch_deg (negative: down), yaw_deg and "
-        "position_m, and the road");
+  doubt_moving_lights(options, site, measurement, summary);
   append(summary.warnings, turns_off_the_road(site, measurement.last_frame_s));
   summary.damaged |= counts.damaged();
 }

@@ -70,6 +70,28 @@ TEST_F(BrokenSite, ABendAheadOfAMovingCameraIsWarnedOf) {
   EXPECT_EQ(with_straight("").err.find("road.straight_m"), std::string::npos);
 }
 
+// Street lamps come by, and nobody told why.
+TEST_F(BrokenSite, ADashcamWithoutItsOwnMotionIsWarnedOf) {
+  std::string text = test::bytes_of(sample("dashcam") / "site.yaml");
+  const auto run_sample = [&] {
+    return run({(sample("dashcam") / "clip.mp4").string(), "--site", write("site.yaml", text)});
+  };
+  EXPECT_EQ(run_sample().err.find("lights moved through the picture"), std::string::npos);
+  const std::size_t at = text.find("ego:");
+  ASSERT_NE(at, std::string::npos);
+  const std::size_t next = text.find("\n", text.find("\n", at) + 1) + 1;
+  text.erase(at, next - at);
+  expect_told(run_sample(), 0,
+              {"lights moved through the picture", "a camera that drives needs ego"});
+}
+
+TEST_F(BrokenSite, AnOwnSpeedInKilometresAnHourIsWarnedOf) {
+  EXPECT_EQ(run_site(test::bytes_of(site()) + "ego: {speed_mps: 45}\n").err.find("km/h"),
+            std::string::npos);
+  expect_told(run_site(test::bytes_of(site()) + "ego: {speed_mps: 72}\n"), 0,
+              {"an own speed of 72.0 m/s is 259 km/h", "divided by 3.6"});
+}
+
 TEST_F(BrokenSite, WhatIsNoSiteFileIsTwo) {
   const std::string file = clip({.path = path("clip.mkv"), .frames = 2});
   expect_told(run({file, "--site", path("missing.yaml").string()}), 2,
