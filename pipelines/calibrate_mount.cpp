@@ -30,8 +30,8 @@ SiteLearning learn(const std::vector<VehicleTrack>& passes, const Site& site) {
     throw InputError(
         std::to_string(passes.size()) + " passes do not determine the site (" +
         std::string(name_of(*miss)) +
-        "); at least five of them must fit the site file, those left out do not (they turn, or "
-        "their lamps or lanes are none that it tells): record for longer, or give more runs");
+        "); at least five must fit the site file (one that turns, or whose lamps or lane it does "
+        "not tell, is left out): record for longer, or give more runs");
   return std::get<SiteLearning>(std::move(outcome));
 }
 
