@@ -50,17 +50,25 @@ std::optional<double> geometry_cost(const GeometryProblem& problem, const PathVe
 
 Outcome<GeometryFit> fit_geometry(const GeometryProblem& problem, const PathVector& start) {
   constexpr double kTolerance = 1e-4;  // sigmas
+  // Where no lengths like those known explain the bearings, ever shorter ones cost less: the priors
+  // on them are bounded, and the rest becomes that of a toy.
+  constexpr double kMostShrunkLn = 5.0;
   const std::vector<int> free = free_parameters(problem);
   GeometryFit fit;
   fit.parameters = start;
+  bool shrunk = false;
   const auto outcome = descend(
-      [&](const Eigen::VectorXd& unknowns, bool with_slopes) {
+      [&](const Eigen::VectorXd& unknowns, bool with_slopes) -> std::optional<Residuals> {
         fit.parameters(free) = unknowns;
+        if (fit.parameters[kLogScale] < start[kLogScale] - kMostShrunkLn) {
+          shrunk = true;
+          return std::nullopt;
+        }
         return geometry_residuals(problem, fit.parameters, free,
                                   with_slopes ? Slopes::of_path : Slopes::none);
       },
       start(free), kTolerance);
-  if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
+  if (const Miss* miss = std::get_if<Miss>(&outcome)) return shrunk ? Miss::bad_fit : *miss;
   const Minimum& minimum = std::get<Minimum>(outcome);
   const auto covariance = inverse_information(minimum.information);
   if (!covariance) return Miss::unobservable;

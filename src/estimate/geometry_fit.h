@@ -70,7 +70,8 @@ std::optional<Residuals> geometry_residuals(const GeometryProblem& problem,
                                             const std::vector<int>& free, Slopes slopes);
 
 /// Least squares from `start` (Levenberg-Marquardt, Huber loss per lamp).
-/// Misses: not_converged, unobservable (the information matrix is singular).
+/// Misses: not_converged, bad_fit (no lengths of the order known explain the bearings),
+/// unobservable (the information matrix is singular).
 Outcome<GeometryFit> fit_geometry(const GeometryProblem& problem, const PathVector& start);
 
 /// Residuals of the observations, whitened by their nominal sigmas (not by sigma_factor); one

@@ -251,6 +251,16 @@ TEST(Geometry, SaysWhyThereIsNoSpeed) {
   EXPECT_EQ(reason(kTypical, vague, kNoiseless), Miss::too_uncertain);
 }
 
+// Over the camera, where the site has lamps below it: the shorter all lengths, the less they deny.
+TEST(Geometry, LampsThatNoKnownLengthsExplainFitBadly) {
+  Vehicle high = kTypical;
+  high.height_m = 7.0;
+  Random random(3);
+  const Site site = mast_site(4.0);
+  EXPECT_EQ(estimate_vehicle(track_of(high, site, kNoiseless, random), site, {}).result.withheld,
+            Miss::bad_fit);
+}
+
 TEST(Geometry, DoubtsOfTheTrackAreKept) {
   const Site site = mast_site(4.0);
   Random random(1);
