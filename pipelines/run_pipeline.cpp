@@ -263,8 +263,9 @@ RunOutcome run_pipeline(const RunOptions& options) {
     files.push_back(TracksWriter(options.out / "tracks.csv").finish());
   }
 
-  for (const std::string& doubt : site_doubts(outcome.vehicles, site.road))
-    summary.warnings.push_back(options.site.string() + ": " + doubt);
+  if (options.clip)
+    for (const std::string& doubt : site_doubts(outcome.vehicles, site.road))
+      summary.warnings.push_back(options.site.string() + ": " + doubt);
   collect_vehicle_warnings(outcome.vehicles, summary);
   files.push_back(write_speeds(options.out / "speeds.csv", outcome.vehicles));
   files.push_back(write_methods(options.out / "methods.csv", outcome.vehicles));

@@ -9,7 +9,7 @@
 
 namespace vildar {
 
-/// What a run's vehicles together say against the site file, for a person to read:
+/// What the vehicles of a clip together say against the site file, for a person to read:
 /// - most of them, three or more, do not move as on its road (not_on_road, bad_fit, unobservable);
 /// - most that drive, two or more, do so in none of the lanes told;
 /// - of a quantity that vehicles have one by one (lamp height and separation, place in the lane)
