@@ -22,20 +22,24 @@ struct OwnTurn {
   double radius_m;  // where it turns most
 };
 
-// Of the part in which it turns at half the sharpest curvature or more.
+// Of the part in which it turns at half the sharpest curvature or more, by seconds in which it
+// drives: the noise of a yaw rate turns one that stands on the spot.
 double radius_of(std::span<const DrivenPose> way) {
-  const auto curvature = [&](std::size_t i) {
-    const double way_m = way[i + 1].way_m - way[i].way_m;
-    return way_m > 0.0 ? std::abs(way[i + 1].heading_rad - way[i].heading_rad) / way_m : 0.0;
-  };
-  double sharpest = 0.0;
-  for (std::size_t i = 0; i + 1 < way.size(); ++i) sharpest = std::max(sharpest, curvature(i));
-  double turned_rad = 0.0, turning_m = 0.0;
-  for (std::size_t i = 0; i + 1 < way.size(); ++i) {
-    if (curvature(i) < 0.5 * sharpest) continue;
-    turned_rad += std::abs(way[i + 1].heading_rad - way[i].heading_rad);
-    turning_m += way[i + 1].way_m - way[i].way_m;
-  }
+  constexpr std::size_t kSteps = 10;
+  constexpr double kCreeping_m = 1.0;
+  double sharpest_per_m = 0.0, turned_rad = 0.0, turning_m = 0.0;
+  for (const bool sum : {false, true})
+    for (std::size_t i = 0; i + kSteps < way.size(); ++i) {
+      const double way_m = way[i + kSteps].way_m - way[i].way_m;
+      const double rad = std::abs(way[i + kSteps].heading_rad - way[i].heading_rad);
+      if (way_m < kCreeping_m) continue;
+      if (!sum) {
+        sharpest_per_m = std::max(sharpest_per_m, rad / way_m);
+      } else if (rad >= 0.5 * sharpest_per_m * way_m) {
+        turned_rad += rad;
+        turning_m += way_m;
+      }
+    }
   return turning_m / turned_rad;
 }
 

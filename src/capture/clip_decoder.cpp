@@ -259,10 +259,11 @@ bool ClipDecoder::index_points_past_the_end() const {
   return false;
 }
 
-/// Of YUV4MPEG, which has neither index nor length; its demuxer passes over part of a frame.
+/// Of YUV4MPEG, which has neither index nor length; its demuxer passes over part of a frame. One
+/// byte more is the newline of an editor.
 bool ClipDecoder::stops_within_a_frame() const {
   return std::strcmp(container_->iformat->name, "yuv4mpegpipe") == 0 && container_->pb != nullptr &&
-         packet_end_ > 0 && avio_size(container_->pb) > packet_end_;
+         packet_end_ > 0 && avio_size(container_->pb) > packet_end_ + 1;
 }
 
 bool ClipDecoder::truncated() const {

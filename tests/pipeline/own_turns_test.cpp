@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <string>
 
 namespace vildar {
 namespace {
@@ -73,7 +74,24 @@ TEST(OwnTurns, TheRadiusIsThatOfTheTurn) {
   const Site site = site_of([](double t_s) { return t_s > 10.0 && t_s < 13.0 ? 0.5 : 0.0; }, 5.0);
   const auto told = turns_off_the_road(site, kEnd_s);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_NE(told[0].find("radius_m: 10 "), std::string::npos) << told[0];
+  const std::size_t at = told[0].find("radius_m: ");
+  ASSERT_NE(at, std::string::npos) << told[0];
+  EXPECT_NEAR(std::stod(told[0].substr(at + 10)), 10.0, 1.5) << told[0];
+}
+
+// It stands for 3 s before a bend of 60 m, and its yaw rate is never quite nought.
+TEST(OwnTurns, TheNoiseOfOneThatStandsIsNoTurn) {
+  Site site = site_of([](double t_s) { return t_s > 13.0 ? 15.0 / 60.0 : 0.0; });
+  for (EgoSample& sample : site.ego->trace) {
+    if (sample.time_s < 10.0 || sample.time_s > 13.0) continue;
+    sample.speed_mps = 0.0;
+    sample.yaw_rate_rad_per_s = 0.02;
+  }
+  const auto told = turns_off_the_road(site, kEnd_s);
+  ASSERT_EQ(told.size(), 1U);
+  const std::size_t at = told[0].find("radius_m: ");
+  ASSERT_NE(at, std::string::npos) << told[0];
+  EXPECT_NEAR(std::stod(told[0].substr(at + 10)), 60.0, 3.0) << told[0];
 }
 
 // By 3.5 m within 60 and 20 m, beside a sensor that is off by 0.3 degrees/s all the while.
