@@ -8,6 +8,7 @@
 #include "core/text.h"
 #include "pipelines/commands.h"
 #include "pipelines/run_pipeline.h"
+#include "pipelines/terminal_warnings.h"
 
 namespace vildar {
 namespace {
@@ -66,7 +67,7 @@ void add_run(CLI::App& program, int& exit_code) {
   command->add_flag("--json", *json, "Print run.json on standard output in place of the table");
   command->callback([options, json, &exit_code] {
     const RunOutcome outcome = run_pipeline(*options);
-    for (const std::string& warning : outcome.summary.warnings)
+    for (const std::string& warning : terminal_warnings(outcome.summary.warnings))
       std::cerr << "vildar: warning: " << warning << '\n';
     if (*json) {
       std::cout << run_json_text(outcome.summary, outcome.vehicles);
