@@ -19,28 +19,47 @@ constexpr double kAside_m = 14.0;  // over its way: more than one turns who chan
 // How far the own vehicle turns from the first to the last quarter of a stretch of its way.
 struct OwnTurn {
   double from_s, to_s, off_rad, heading_rad, way_m;
-  double radius_m;  // where it turns most
+  double speed_mps;                // on average
+  std::optional<double> radius_m;  // where it turns most
 };
 
-// Of the part in which it turns at half the sharpest curvature or more, by seconds in which it
-// drives: the noise of a yaw rate turns one that stands on the spot.
-double radius_of(std::span<const DrivenPose> way) {
+// Of the longest part in which it turns at half the sharpest curvature or more, by whole seconds in
+// which it drives: the noise of a yaw rate turns one that stands or creeps. The second in which a
+// turn begins has half its curvature when it is half in it, so the turn goes from middle to middle.
+std::optional<double> radius_of(std::span<const DrivenPose> way) {
   constexpr std::size_t kSteps = 10;
-  constexpr double kCreeping_m = 1.0;
-  double sharpest_per_m = 0.0, turned_rad = 0.0, turning_m = 0.0;
-  for (const bool sum : {false, true})
-    for (std::size_t i = 0; i + kSteps < way.size(); ++i) {
-      const double way_m = way[i + kSteps].way_m - way[i].way_m;
-      const double rad = std::abs(way[i + kSteps].heading_rad - way[i].heading_rad);
-      if (way_m < kCreeping_m) continue;
-      if (!sum) {
-        sharpest_per_m = std::max(sharpest_per_m, rad / way_m);
-      } else if (rad >= 0.5 * sharpest_per_m * way_m) {
-        turned_rad += rad;
-        turning_m += way_m;
-      }
+  constexpr double kStands_m = 1.0, kCreeps = 0.5;  // of the mean way of a second
+  if (way.size() <= kSteps) return std::nullopt;
+  const double mean_m = (way.back().way_m - way.front().way_m) /
+                        static_cast<double>(way.size() - 1) * static_cast<double>(kSteps);
+  const double least_m = std::max(kStands_m, kCreeps * mean_m);
+  std::vector<double> curvature_per_m;  // of the seconds by their beginnings; 0 where it creeps
+  for (std::size_t i = 0; i + kSteps < way.size(); ++i) {
+    const double way_m = way[i + kSteps].way_m - way[i].way_m;
+    const double rad = way[i + kSteps].heading_rad - way[i].heading_rad;
+    curvature_per_m.push_back(way_m < least_m ? 0.0 : rad / way_m);
+  }
+  double sharpest_per_m = 0.0;
+  for (const double one : curvature_per_m) sharpest_per_m = std::max(sharpest_per_m, std::abs(one));
+  const auto turns = [&](std::size_t i) {
+    return i < curvature_per_m.size() && std::abs(curvature_per_m[i]) > 0.5 * sharpest_per_m;
+  };
+  std::optional<double> radius_m;
+  double most_rad = 0.0;
+  for (std::size_t first = 0; first < curvature_per_m.size(); ++first) {
+    if (!turns(first)) continue;
+    std::size_t last = first;
+    while (turns(last + 1)) ++last;
+    const DrivenPose& from = way[first + kSteps / 2];
+    const DrivenPose& to = way[last + kSteps / 2];
+    const double rad = std::abs(to.heading_rad - from.heading_rad);
+    if (rad > most_rad) {
+      most_rad = rad;
+      radius_m = (to.way_m - from.way_m) / rad;
     }
-  return turning_m / turned_rad;
+    first = last;
+  }
+  return radius_m;
 }
 
 std::optional<OwnTurn> sharpest_turn(const EgoMotion& ego, Uncertain road_curvature_per_m,
@@ -73,6 +92,8 @@ std::optional<OwnTurn> sharpest_turn(const EgoMotion& ego, Uncertain road_curvat
               off_rad,
               heading_rad,
               way_m,
+              (way[first + window - 1].way_m - way[first].way_m) /
+                  (way[first + window - 1].time_s - way[first].time_s),
               radius_of(std::span(way).subspan(first, window))};
   }
   return most;
@@ -80,14 +101,21 @@ std::optional<OwnTurn> sharpest_turn(const EgoMotion& ego, Uncertain road_curvat
 
 std::string advice(const OwnTurn& turn, double road_curvature_per_m) {
   constexpr double kAlike = 0.3;
+  constexpr double kNobodyTurnsSo_mps2 = 5.0;
   const double road_rad = road_curvature_per_m * turn.way_m;
   if (std::abs(turn.heading_rad + road_rad) < kAlike * std::abs(road_rad))
     return "check the sign of the yaw rates (positive: to the left) and road.turn";
   if (std::abs(turn.heading_rad) < kMost_rad)
     return "write road.kind: straight where that is the road";
-  return std::string("write road.kind: curved, turn: ") +
-         (turn.heading_rad > 0.0 ? "left" : "right") +
-         ", radius_m: " + fixed_text(turn.radius_m, 0) + " where that is the road, or cut the clip";
+  if (turn.radius_m && turn.speed_mps * turn.speed_mps > kNobodyTurnsSo_mps2 * *turn.radius_m)
+    return "that is " + fixed_text(*turn.radius_m, 0) + " m of radius at " +
+           fixed_text(turn.speed_mps, 0) +
+           " m/s, sharper than cars are driven: check that yaw rates are in radians per second "
+           "(degrees times 0.01745)";
+  std::string road =
+      std::string("write road.kind: curved, turn: ") + (turn.heading_rad > 0.0 ? "left" : "right");
+  if (turn.radius_m) road += ", radius_m: " + fixed_text(*turn.radius_m, 0);
+  return road + " where that is the road, or cut the clip";
 }
 
 }  // namespace
@@ -107,7 +135,7 @@ std::vector<std::string> turns_off_the_road(const Site& site, double to_s) {
   const auto degrees = [](double rad) {
     return fixed_text(std::abs(rad) * 180.0 / std::numbers::pi, 0);
   };
-  return {site.file.string() + ": from " + fixed_text(turn->from_s, 1) + " to " +
+  return {site.ego->trace_path.string() + ": from " + fixed_text(turn->from_s, 1) + " to " +
           fixed_text(turn->to_s, 1) + " s of the clip the own vehicle turns by " +
           degrees(turn->heading_rad) + " degrees to the " +
           (turn->heading_rad > 0.0 ? "left" : "right") + " (yaw rates of the ego trace), " +

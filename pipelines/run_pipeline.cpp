@@ -110,12 +110,15 @@ void note_missing_frames(const RunOptions& options, const FrameSteps::Tally& ste
 
 void doubt_own_speed(const RunOptions& options, const EgoSite& ego, RunSummary& summary) {
   constexpr double kFastRoad_mps = 50.0;
-  double fastest_mps = ego.trace.empty() ? ego.speed_mps.mean : 0.0;
-  for (const EgoSample& sample : ego.trace) fastest_mps = std::max(fastest_mps, sample.speed_mps);
+  const auto fastest = std::ranges::max_element(ego.trace, {}, &EgoSample::speed_mps);
+  const bool traced = fastest != ego.trace.end();
+  const double fastest_mps = traced ? fastest->speed_mps : ego.speed_mps.mean;
+  const std::string where =
+      traced ? ego.trace_path.string() + ": at " + fixed_text(fastest->time_s, 1) + " s"
+             : options.site.string() + ": ego.speed_mps:";
   if (fastest_mps > kFastRoad_mps)
-    summary.warnings.push_back(options.site.string() + ": an own speed of " +
-                               fixed_text(fastest_mps, 1) + " m/s is " +
-                               fixed_text(kmh_from_mps(fastest_mps), 0) +
+    summary.warnings.push_back(where + " an own speed of " + fixed_text(fastest_mps, 1) +
+                               " m/s is " + fixed_text(kmh_from_mps(fastest_mps), 0) +
                                " km/h; ego speeds are in metres per second (km/h divided by 3.6)");
 }
 
@@ -130,9 +133,10 @@ void doubt_moving_lights(const RunOptions& options, const Site& site,
   summary.warnings.push_back(
       options.site.string() + ": " + std::to_string(lights) +
       " lights moved through the picture for a second or more that are no vehicles on the road "
-      "stated (" +
+      "stated, beside " +
       std::to_string(vehicles) +
-      " are): a camera that drives needs ego, its own motion; else check pitch_deg (negative: "
+      " that have a row: a camera that drives needs ego, its own motion; else check pitch_deg "
+      "(negative: "
       "down), yaw_deg and position_m, and the road");
 }
 

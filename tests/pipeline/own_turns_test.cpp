@@ -76,22 +76,30 @@ TEST(OwnTurns, TheRadiusIsThatOfTheTurn) {
   ASSERT_EQ(told.size(), 1U);
   const std::size_t at = told[0].find("radius_m: ");
   ASSERT_NE(at, std::string::npos) << told[0];
-  EXPECT_NEAR(std::stod(told[0].substr(at + 10)), 10.0, 1.5) << told[0];
+  EXPECT_EQ(told[0].substr(at + 10, 3), "10 ") << told[0];
 }
 
-// It stands for 3 s before a bend of 60 m, and its yaw rate is never quite nought.
-TEST(OwnTurns, TheNoiseOfOneThatStandsIsNoTurn) {
-  Site site = site_of([](double t_s) { return t_s > 13.0 ? 15.0 / 60.0 : 0.0; });
-  for (EgoSample& sample : site.ego->trace) {
-    if (sample.time_s < 10.0 || sample.time_s > 13.0) continue;
-    sample.speed_mps = 0.0;
-    sample.yaw_rate_rad_per_s = 0.02;
+// It stands or creeps for 3 s before a bend of 60 m, and its yaw rate is never quite nought.
+TEST(OwnTurns, TheNoiseOfOneThatStandsOrCreepsIsNoTurn) {
+  for (const double creeping_mps : {0.0, 0.5, 2.0}) {
+    Site site = site_of([](double t_s) { return t_s > 13.0 ? 15.0 / 60.0 : 0.0; });
+    for (EgoSample& sample : site.ego->trace) {
+      if (sample.time_s < 10.0 || sample.time_s > 13.0) continue;
+      sample.speed_mps = creeping_mps;
+      sample.yaw_rate_rad_per_s = 0.02;
+    }
+    const auto told = turns_off_the_road(site, kEnd_s);
+    ASSERT_EQ(told.size(), 1U) << creeping_mps;
+    EXPECT_NE(told[0].find("radius_m: 60 "), std::string::npos) << told[0];
   }
-  const auto told = turns_off_the_road(site, kEnd_s);
+}
+
+// Half a degree per second, written as it is, passes for what tyres give.
+TEST(OwnTurns, DegreesPerSecondAreAskedAfter) {
+  const auto told = turns_off_the_road(site_of([](double) { return 0.5; }), kEnd_s);
   ASSERT_EQ(told.size(), 1U);
-  const std::size_t at = told[0].find("radius_m: ");
-  ASSERT_NE(at, std::string::npos) << told[0];
-  EXPECT_NEAR(std::stod(told[0].substr(at + 10)), 60.0, 3.0) << told[0];
+  EXPECT_NE(told[0].find("30 m of radius at 15 m/s"), std::string::npos) << told[0];
+  EXPECT_NE(told[0].find("degrees times 0.01745"), std::string::npos) << told[0];
 }
 
 // By 3.5 m within 60 and 20 m, beside a sensor that is off by 0.3 degrees/s all the while.
