@@ -111,7 +111,8 @@ class Lamp {
   /// headlamp or taillamp once the sightings agree; other before that.
   LampKind kind() const;
   double log_flux() const { return log_flux_; }
-  /// Extent of the places held, with the movement of the whole image taken out.
+  /// Extent of all places since it was found, held or not, with the movement of the whole image
+  /// taken out.
   double wandered_px() const { return (most_px_ - least_px_).norm(); }
   bool seen_at(std::int64_t frame) const { return last_frame_ == frame; }
   /// The looks before `first` were of a vehicle's lamp: it is a light of its own from there on.
@@ -121,6 +122,7 @@ class Lamp {
   CameraTime first_time() const { return first_time_; }
   int sightings() const { return sightings_; }
 
+  std::uint64_t id = 0;  ///< no other light of the tracker has it
   std::vector<LampRecord> records;
   std::vector<LampRecord> set_aside;  ///< from before a doubtful step
   RunningShare red;                   ///< has the colour of a tail lamp, however dim

@@ -5,6 +5,8 @@
 #include <optional>
 #include <span>
 
+#include "core/by_frame.h"
+
 namespace vildar {
 namespace {
 
@@ -143,13 +145,10 @@ bool keep_longest_pair(std::vector<LampRecord>& left, std::vector<LampRecord>& r
     double time_s, apart_px;
   };
   std::vector<Look> looks;
-  for (auto a = left.begin(), b = right.begin(); a != left.end() && b != right.end();) {
-    if (a->frame == b->frame)
-      looks.push_back({a->frame, seconds_of(a->time), (b->at_px - a->at_px).norm()});
-    const std::int64_t frame = std::min(a->frame, b->frame);
-    a += a->frame == frame;
-    b += b->frame == frame;
-  }
+  for_each_common_frame(
+      left, right, &LampRecord::frame, [&](const LampRecord& a, const LampRecord& b) {
+        looks.push_back({a.frame, seconds_of(a.time), (b.at_px - a.at_px).norm()});
+      });
   const auto within = [](const Look& one, const Look& next, double most_s) {
     return next.time_s - one.time_s < most_s;
   };

@@ -6,19 +6,12 @@
 #include "track/resume.h"
 
 namespace vildar {
-namespace {
-
-bool is_seen_first(const LampRecord& look, const std::vector<LampRecord>& records) {
-  return records.front().frame == look.frame && records.front().at_px == look.at_px;
-}
-
-}  // namespace
-
-std::optional<VehicleTrack> LoneTracks::add(VehicleTrack track, std::vector<LampRecord> records,
-                                            bool drove_out, const RoadView& view) {
+std::optional<VehicleTrack> LoneTracks::add(VehicleTrack track, const Lamp& light, bool drove_out,
+                                            const RoadView& view) {
+  std::vector<LampRecord> records = light.records;
   const auto goes_on_here = [&](const Waiting& one) {
-    if (one.heir && !is_seen_first(*one.heir, records)) return false;
-    return one.track.kind == track.kind && goes_on(one.records, records, view);
+    if (one.track.kind != track.kind) return false;
+    return one.heir ? *one.heir == light.id : goes_on(one.records, records, view);
   };
   if (std::ranges::count_if(waiting_, goes_on_here) == 1) {
     const auto before = std::ranges::find_if(waiting_, goes_on_here);
@@ -42,8 +35,7 @@ std::vector<VehicleTrack> LoneTracks::take_done(CameraTime now, const Lamps& lam
     const double waited_s = seconds_of(now) - seconds_of(one.records.back().time);
     const auto may_be_heir = [&](const auto& lamp) {
       if (lamp->vehicle || lamp->fixed || lamp->records.empty()) return false;
-      return one.heir ? is_seen_first(*one.heir, lamp->records)
-                      : goes_on(one.records, lamp->records, view);
+      return one.heir ? *one.heir == lamp->id : goes_on(one.records, lamp->records, view);
     };
     if (waited_s >= kLongestWait_s) {
       const auto heir = std::ranges::find_if(lamps, may_be_heir);
@@ -51,7 +43,7 @@ std::vector<VehicleTrack> LoneTracks::take_done(CameraTime now, const Lamps& lam
         done.push_back(std::move(one.track));
         continue;
       }
-      one.heir = (*heir)->records.front();
+      one.heir = (*heir)->id;
     }
     still.push_back(std::move(one));
   }

@@ -13,10 +13,11 @@ namespace vildar {
 /// a vehicle's as well. For a sensor that stands.
 class LoneTracks {
  public:
-  /// Takes a light that has ended. It becomes a part of the one waiting that went on as it, if
-  /// there is one; then waits, or, where it drove out of the picture, is given back.
-  std::optional<VehicleTrack> add(VehicleTrack track, std::vector<LampRecord> records,
-                                  bool drove_out, const RoadView& view);
+  /// Takes `light`, which has ended, and the track of it. It becomes a part of the one waiting that
+  /// went on as it, if there is one; then waits, or, where it drove out of the picture, is given
+  /// back.
+  std::optional<VehicleTrack> add(VehicleTrack track, const Lamp& light, bool drove_out,
+                                  const RoadView& view);
 
   /// Those that no light still followed can go on with.
   std::vector<VehicleTrack> take_done(CameraTime now, const Lamps& lamps, const RoadView& view);
@@ -29,7 +30,7 @@ class LoneTracks {
   struct Waiting {
     VehicleTrack track;
     std::vector<LampRecord> records;
-    std::optional<LampRecord> heir;  ///< first look at a light that seems to go on as it
+    std::optional<std::uint64_t> heir;  ///< id of a light that seemed to go on as it
   };
   std::vector<Waiting> waiting_;
 };

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <optional>
 
+#include "core/by_frame.h"
 #include "track/lamp_way.h"
 
 namespace vildar {
@@ -19,13 +20,11 @@ bool fit(const LampRecord& one, const LampRecord& other, const RoadView& view) {
 
 std::vector<PairPlace> good_pairs(const Records& left, const Records& right, const RoadView& view) {
   std::vector<PairPlace> pairs;
-  for (auto one = left.begin(), other = right.begin(); one != left.end() && other != right.end();) {
-    const std::int64_t frame = std::min(one->frame, other->frame);
-    if (one->frame == other->frame && fit(*one, *other, view))
-      pairs.push_back({seconds_of(one->time), one->at_px, other->at_px});
-    one += one->frame == frame;
-    other += other->frame == frame;
-  }
+  for_each_common_frame(left, right, &LampRecord::frame,
+                        [&](const LampRecord& one, const LampRecord& other) {
+                          if (fit(one, other, view))
+                            pairs.push_back({seconds_of(one.time), one.at_px, other.at_px});
+                        });
   return pairs;
 }
 

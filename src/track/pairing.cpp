@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "core/by_frame.h"
 #include "track/heir.h"
 #include "track/pair_likelihood.h"
 
@@ -356,13 +357,8 @@ void Pairing::refresh(Vehicles& vehicles, std::int64_t frame, CameraTime time) {
 bool Pairing::has_rival(const Lamp& a, const Lamp& b, int both_seen) const {
   const auto seen_beside = [](const Lamp& one_lamp, const Lamp& other_lamp) {
     std::size_t frames = 0;
-    for (auto one = one_lamp.records.begin(), other = other_lamp.records.begin();
-         one != one_lamp.records.end() && other != other_lamp.records.end();) {
-      frames += one->frame == other->frame;
-      const std::int64_t now = std::min(one->frame, other->frame);
-      one += one->frame == now;
-      other += other->frame == now;
-    }
+    for_each_common_frame(one_lamp.records, other_lamp.records, &LampRecord::frame,
+                          [&](const LampRecord&, const LampRecord&) { ++frames; });
     return static_cast<double>(frames);
   };
   return std::any_of(evidence_.begin(), evidence_.end(), [&](const Evidence& other) {

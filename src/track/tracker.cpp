@@ -10,6 +10,7 @@
 #include "track/attitude.h"
 #include "track/drive_attitude.h"
 #include "track/heir.h"
+#include "track/held_records.h"
 #include "track/lamp_parts.h"
 #include "track/lone_tracks.h"
 #include "track/look_alikes.h"
@@ -74,7 +75,7 @@ class Tracker::Impl {
   Vehicles ended_;  ///< reported, while lights are followed that may have been their lamps
   std::vector<std::pair<int, Lamp*>> seen_;        // spot, lamp
   std::map<const Lamp*, std::uint64_t> standing_;  ///< lights that the attitude goes by
-  std::uint64_t next_standing_ = 0;
+  std::uint64_t next_standing_ = 0, lamps_found_ = 0;
   LoneTracks lone_;
   LightScale lights_;
   TrackCounts counts_;
@@ -257,6 +258,7 @@ void Tracker::Impl::bear(const std::vector<Spot>& spots, const Association& foun
     if (typical) *typical -= lights_.dimmer_ln(place.slope_down, spots[j].blob->kind);
     if (typical && strength < *typical - kFarTooFaint) continue;
     lamps_.push_back(std::make_unique<Lamp>(spots[j], place, frame.frame, frame.time, view_));
+    lamps_.back()->id = ++lamps_found_;
     seen_.emplace_back(static_cast<int>(j), lamps_.back().get());
   }
 }
@@ -273,8 +275,6 @@ double Tracker::Impl::patience(const Lamp& lamp, std::int64_t frame) const {
 }
 
 void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& ended) {
-  constexpr std::size_t kMostRecordsAlone = 2000, kMostRecordsFixed = 100;
-
   for (const auto& vehicle : vehicles_)
     if (vehicle->cut_after) {
       // They came apart, or a lamp went over to something else. What was good is the vehicle's, the
@@ -295,13 +295,8 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
     const bool outside =
         !lamp->seen_at(frame.frame) && !view_.inside_image(lamp->at_px(), kOutside_px);
     if (lamp->unseen_s(frame.time) > allowed_s || outside) lost.push_back(lamp.get());
-    if (!lamp->vehicle) {
-      const std::size_t most = lamp->fixed ? kMostRecordsFixed : kMostRecordsAlone;
-      if (lamp->records.size() > 2 * most)
-        lamp->records.erase(lamp->records.begin(),
-                            lamp->records.end() - static_cast<std::ptrdiff_t>(most));
-    }
   }
+  drop_old_records(lamps_, vehicles_);
   pairing_.forget(lost);
   for (Lamp* lamp : lost) {
     standing_.erase(lamp);
@@ -404,7 +399,7 @@ void Tracker::Impl::end_single(const Lamp& whole, std::vector<VehicleTrack>& end
     verdict = Verdict::reflection;
   if (verdict == Verdict::vehicle && !view_.moving_sensor()) {
     const bool drove_out = !view_.inside_image(lamp.at_px(), kOutside_px);
-    auto done = lone_.add(std::move(track), lamp.records, drove_out, view_);
+    auto done = lone_.add(std::move(track), lamp, drove_out, view_);
     if (!done) return;
     track = std::move(*done);
   }

@@ -68,8 +68,8 @@ class Tracker {
   std::vector<std::optional<CameraTurn>> turns_in(std::span<const std::int64_t> frames) const;
 
   /// First sighting of the oldest light still followed, or waited for, that may yet be reported as
-  /// a vehicle: later tracks begin no earlier. Lights that stand in the world do not count. Nothing
-  /// where there is none.
+  /// a vehicle: later tracks begin no earlier. Lights that stand in the world do not count, and of
+  /// pairs that have not moved yet only the last minutes. Nothing where there is none.
   std::optional<CameraTime> live_since() const;
 
  private:

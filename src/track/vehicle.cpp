@@ -222,6 +222,21 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
     return record.sighting.saturated_px == 0 && !is_bar(record) &&
            wider_than_a_lamp(record, inverse_depth_per_m, view);
   };
+  const auto add_look = [&](const LampRecord& left_one, const LampRecord& right_one,
+                            const PairFit& fit) {
+    const Eigen::Vector2d middle_px = 0.5 * (left_one.at_px + right_one.at_px);
+    looks.push_back({seconds_of(left_one.time), view.place(middle_px).slope_down,
+                     fit.inverse_depth_per_m, fit.width_per_depth, middle_px});
+    laterals_m.push_back(view.road_at(middle_px, fit.inverse_depth_per_m).lateral_m);
+    lateral_sigmas_m.push_back(view.lateral_sigma_m(fit.inverse_depth_per_m));
+    clipped += left_one.sighting.saturated_px > 0 && right_one.sighting.saturated_px > 0;
+    streaks += left_one.streak + right_one.streak;
+    patches +=
+        is_patch(left_one, fit.inverse_depth_per_m) || is_patch(right_one, fit.inverse_depth_per_m);
+    tail_log_odds.push_back(0.5 * (left_one.tail_log_odds + right_one.tail_log_odds));
+    const double flux = std::min(left_one.sighting.flux, right_one.sighting.flux);
+    strengths.push_back(std::log(std::max(flux, 1e-9)) - 2.0 * std::log(fit.inverse_depth_per_m));
+  };
   std::vector<SeenVehicle> seen;
   for (std::size_t i = 0, j = 0; i < left.size() || j < right.size();) {
     const bool use_left = j == right.size() || (i < left.size() && left[i].frame <= right[j].frame);
@@ -241,18 +256,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
       const PairFit fit = view.fit_pair(left[i].at_px, right[j].at_px, 1.0);
       fits = fit.chi2 < kMostPairChi2;
       fitting += fits;
-      const Eigen::Vector2d middle_px = 0.5 * (left[i].at_px + right[j].at_px);
-      looks.push_back({seconds_of(first.time), view.place(middle_px).slope_down,
-                       fit.inverse_depth_per_m, fit.width_per_depth, middle_px});
-      laterals_m.push_back(view.road_at(middle_px, fit.inverse_depth_per_m).lateral_m);
-      lateral_sigmas_m.push_back(view.lateral_sigma_m(fit.inverse_depth_per_m));
-      clipped += left[i].sighting.saturated_px > 0 && right[j].sighting.saturated_px > 0;
-      streaks += left[i].streak + right[j].streak;
-      patches +=
-          is_patch(left[i], fit.inverse_depth_per_m) || is_patch(right[j], fit.inverse_depth_per_m);
-      tail_log_odds.push_back(0.5 * (left[i].tail_log_odds + right[j].tail_log_odds));
-      const double flux = std::min(left[i].sighting.flux, right[j].sighting.flux);
-      strengths.push_back(std::log(std::max(flux, 1e-9)) - 2.0 * std::log(fit.inverse_depth_per_m));
+      if (std::isfinite(fit.chi2)) add_look(left[i], right[j], fit);  // else one above the other
     }
     seen.push_back({sighting, fits});
     i += use_left;

@@ -28,7 +28,7 @@ struct Hidden {
   Lamp before = road.lamp(0, 30, -4.0);
 
   std::optional<VehicleTrack> add(const Lamp& lamp, bool drove_out = false) {
-    return lone.add(track_of(lamp), lamp.records, drove_out, road.view);
+    return lone.add(track_of(lamp), lamp, drove_out, road.view);
   }
 };
 
@@ -60,10 +60,11 @@ TEST(LoneTracks, AnotherOneIsAnotherTrack) {
   made.add(made.road.lamp(30, 80, -4.0));
   EXPECT_EQ(made.lone.take_all().size(), 2U);
   // A tail lamp is another's.
-  VehicleTrack red = track_of(made.road.lamp(60, 80, -4.0));
+  const Lamp lamp = made.road.lamp(60, 80, -4.0);
+  VehicleTrack red = track_of(lamp);
   red.kind = LampKind::taillamp;
   made.add(made.before);
-  made.lone.add(red, made.road.lamp(60, 80, -4.0).records, false, made.road.view);
+  made.lone.add(red, lamp, false, made.road.view);
   EXPECT_EQ(made.lone.take_all().size(), 2U);
 }
 
@@ -114,6 +115,7 @@ TEST(LoneTracks, TheLightItWaitedForAndNoOther) {
   made.add(made.before);
   Lamps lamps;
   lamps.push_back(std::make_unique<Lamp>(made.road.lamp(60, 100, -4.0)));
+  lamps.front()->id = 2;
   EXPECT_TRUE(made.lone.take_done(Road::time_at(130), lamps, made.road.view).empty());
   // Another that is where it would have got to, and ends first.
   made.add(made.road.lamp(70, 90, -4.0));
@@ -122,6 +124,14 @@ TEST(LoneTracks, TheLightItWaitedForAndNoOther) {
   ASSERT_EQ(tracks.size(), 2U);
   EXPECT_EQ(tracks[0].sightings.front().frame, 70);
   EXPECT_EQ(tracks[1].sightings.size(), 31U + 41U);
+  // A doubtful step sets what was seen of it at first aside, and it is the same light.
+  made.add(made.before);
+  EXPECT_TRUE(made.lone.take_done(Road::time_at(130), lamps, made.road.view).empty());
+  lamps.front()->set_aside_before(Road::time_at(80));
+  made.add(*lamps.front());
+  const auto doubted = made.lone.take_all();
+  ASSERT_EQ(doubted.size(), 1U);
+  EXPECT_EQ(doubted[0].sightings.size(), 31U + 21U);
   // Nor one that comes more than 3.5 s later, or stands.
   made.add(made.before);
   made.add(made.road.lamp(119, 135, -4.0));
