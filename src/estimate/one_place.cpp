@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "core/by_frame.h"
 #include "core/median.h"
 #include "estimate/line_fit.h"
 #include "estimate/mixture.h"
@@ -40,20 +41,21 @@ Offset offset_at(const VehicleEstimate& one, const VehicleEstimate& other, doubl
 
 bool shows_pair(const VehicleSighting& sighting) { return sighting.left && sighting.right; }
 
+// The frames that show both: `look(row of one, row of other)`.
+template <class Look>
+void look_at_both(const VehicleEstimate& one, const VehicleEstimate& other, Look look) {
+  for_each_common_frame(
+      one.rows, other.rows, [](const TrackRow& row) { return row.sighting.frame; }, look);
+}
+
 // Two vehicles show four lamps, apart from when one hides the other.
 bool often_show_four_lamps(const VehicleEstimate& one, const VehicleEstimate& other) {
   constexpr double kSeldom = 0.25;
   int together = 0, four = 0;
-  for (auto a = one.rows.begin(), b = other.rows.begin();
-       a != one.rows.end() && b != other.rows.end();) {
-    const std::int64_t frame = std::min(a->sighting.frame, b->sighting.frame);
-    if (a->sighting.frame == b->sighting.frame) {
-      ++together;
-      four += shows_pair(a->sighting) && shows_pair(b->sighting);
-    }
-    a += a->sighting.frame == frame;
-    b += b->sighting.frame == frame;
-  }
+  look_at_both(one, other, [&](const TrackRow& a, const TrackRow& b) {
+    ++together;
+    four += shows_pair(a.sighting) && shows_pair(b.sighting);
+  });
   return four > kSeldom * together;
 }
 
@@ -66,18 +68,6 @@ bool always_alone(const VehicleEstimate& one) {
 bool says_less(const VehicleEstimate& one, const VehicleEstimate& other) {
   const SpeedEstimate &a = one.result.speed, &b = other.result.speed;
   return a.std_mps * b.speed_mps > b.std_mps * a.speed_mps;
-}
-
-// The frames that show both: `look(row of one, row of other)`.
-template <class Look>
-void look_at_both(const VehicleEstimate& one, const VehicleEstimate& other, Look look) {
-  auto a = one.rows.begin();
-  for (const TrackRow& b : other.rows) {
-    a = std::find_if(a, one.rows.end(),
-                     [&](const TrackRow& row) { return row.sighting.frame >= b.sighting.frame; });
-    if (a == one.rows.end()) return;
-    if (a->sighting.frame == b.sighting.frame) look(*a, b);
-  }
 }
 
 // Whether the lamps of two pairs stand right below one another: fog lamps or daytime strips, and
@@ -112,6 +102,11 @@ double brightest_flux(const TrackRow& row) {
   return flux;
 }
 
+double brighter(const TrackRow& one, const TrackRow& other) {
+  constexpr double kLeastFlux = 1e-9;
+  return std::max(brightest_flux(one), kLeastFlux) / std::max(brightest_flux(other), kLeastFlux);
+}
+
 // Of the frames that show both: how far `carrier` is, and how far `upper` seems to be by its
 // elevation, as if its lamps were as high as the carrier's. `in_line` is the share in which they
 // stand one above the other.
@@ -139,7 +134,7 @@ Together seen_together(const VehicleEstimate& upper, const VehicleEstimate& carr
     const double off_rad = above_rad->x() - carrier_rad->x();
     seen.in_line += std::abs(*b.range_m * off_rad) < kBeside_m;
     seen.mean_off_m += *b.range_m * off_rad;
-    seen.brighter.push_back(brightest_flux(a) / brightest_flux(b));
+    seen.brighter.push_back(brighter(a, b));
     seen.carrier_m.push_back(*b.range_m);
     seen.upper_m.push_back(*b.range_m * std::tan(carrier_down) / std::tan(upper_down));
   });
@@ -295,8 +290,7 @@ bool on_the_body(const VehicleEstimate& light, const VehicleEstimate& carrier) {
   std::vector<double> strengths;
   look_at_both(light, carrier, [&](const TrackRow& one, const TrackRow& other) {
     if (one.range_m && other.range_m)
-      strengths.push_back(brightest_flux(one) / brightest_flux(other) *
-                          std::pow(*one.range_m / *other.range_m, 2));
+      strengths.push_back(brighter(one, other) * std::pow(*one.range_m / *other.range_m, 2));
   });
   return !strengths.empty() && median(strengths) < kFaint;
 }
@@ -316,8 +310,7 @@ bool glints_beside(const VehicleEstimate& light, const VehicleEstimate& source) 
     if (!light_rad || !source_rad || !a.range_m || !b.range_m) return;
     source_m.push_back(*b.range_m);
     light_m.push_back(*a.range_m);
-    strengths.push_back(brightest_flux(a) / brightest_flux(b) *
-                        std::pow(*a.range_m / *b.range_m, 2));
+    strengths.push_back(brighter(a, b) * std::pow(*a.range_m / *b.range_m, 2));
     outside += source_rad->x() * (light_rad->x() - source_rad->x()) > 0.0;
   });
   if (source_m.size() < kFewest || 2 * outside < static_cast<int>(source_m.size())) return false;
@@ -333,6 +326,9 @@ void MeasuredVehicles::add(VehicleEstimate estimate) {
     return "vehicle " + std::to_string(vehicle.result.track_id);
   };
   for (VehicleEstimate& earlier : held_) {
+    if (earlier.result.t_last_s < estimate.result.t_first_s - kLongestGap_s ||
+        estimate.result.t_last_s < earlier.result.t_first_s - kLongestGap_s)
+      continue;
     if (one_vehicle(earlier, estimate)) {
       const bool earlier_goes = says_less(earlier, estimate);
       const std::string stays = named(earlier_goes ? estimate : earlier);

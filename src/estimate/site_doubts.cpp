@@ -42,12 +42,13 @@ template <class Chosen>
 Pulls pulls_of(const char* name, std::span<const VehicleResult> vehicles, const Chosen& chosen) {
   Pulls pulls;
   for (const VehicleResult& vehicle : vehicles) {
-    if (vehicle.withheld || !vehicle.budget || !chosen(vehicle)) continue;
+    if (vehicle.withheld || !vehicle.budget || !vehicle.acceleration_mps2 || !chosen(vehicle))
+      continue;
     const auto pull = vehicle.budget->prior_pulls.find(name);
     if (pull == vehicle.budget->prior_pulls.end()) continue;
     ++pulls.count;
     pulls.mean += pull->second;
-    pulls.mean_acceleration_mps2 += vehicle.acceleration_mps2.value_or(0.0);
+    pulls.mean_acceleration_mps2 += *vehicle.acceleration_mps2;
   }
   pulls.mean /= std::max(pulls.count, 1);
   pulls.mean_acceleration_mps2 /= std::max(pulls.count, 1);
@@ -63,7 +64,7 @@ bool drives(const SpeedEstimate& speed) {
 void doubt_the_view(std::span<const VehicleResult> vehicles, std::vector<std::string>& doubts) {
   int followed = 0, elsewhere = 0;
   for (const VehicleResult& vehicle : vehicles) {
-    if (vehicle.n_frames == 0 && !vehicle.withheld) continue;
+    if (vehicle.n_frames == 0) continue;
     ++followed;
     elsewhere += vehicle.withheld == Miss::not_on_road || vehicle.withheld == Miss::bad_fit ||
                  vehicle.withheld == Miss::unobservable;
@@ -78,11 +79,14 @@ void doubt_the_view(std::span<const VehicleResult> vehicles, std::vector<std::st
 
 void doubt_the_lanes(std::span<const VehicleResult> vehicles, const RoadSite& road,
                      std::vector<std::string>& doubts) {
-  if (road.lanes.empty()) return;
   constexpr double kLikely = 0.7;
+  const auto has_lanes = [&](Direction direction) {
+    return std::ranges::find(road.lanes, direction, &LaneSite::direction) != road.lanes.end();
+  };
   int drive = 0, in_none = 0;
   for (const VehicleResult& vehicle : vehicles) {
     if (vehicle.withheld || !vehicle.used_camera || !drives(vehicle.speed)) continue;
+    if (!has_lanes(vehicle.direction)) continue;
     ++drive;
     in_none += vehicle.no_lane_probability > kLikely;
   }
@@ -103,7 +107,7 @@ void doubt_the_bend(std::span<const VehicleResult> vehicles, std::vector<std::st
     if (!pulls.alike(0.9, 3.0)) continue;
     const double mean_mps2 = pulls.mean_acceleration_mps2;
     doubts.push_back(std::to_string(pulls.count) + " " + name + " vehicles seem to " +
-                     (mean_mps2 > 0.0 ? "speed up" : "brake") + " by " +
+                     (pulls.mean > 0.0 ? "speed up" : "brake") + " by " +
                      fixed_text(std::abs(mean_mps2), 1) +
                      " m/s2 on average; where they do not, their speeds are off: check whether the "
                      "road bends as the site file says, and the camera's yaw_deg");

@@ -11,7 +11,7 @@ namespace vildar {
 
 /// What the vehicles of a clip together say against the site file, for a person to read:
 /// - most of them, three or more, do not move as on its road (not_on_road, bad_fit, unobservable);
-/// - most that drive, two or more, do so in none of the lanes told;
+/// - most that drive, two or more, do so in none of the lanes told for their direction;
 /// - of a quantity that vehicles have one by one (lamp height and separation, place in the lane)
 ///   three or more come out off what is known of it alike: by two sigmas on average, and 4.5 of
 ///   that mean's (SpeedBudget::prior_pulls). One vehicle may be odd;

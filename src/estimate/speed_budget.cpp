@@ -1,6 +1,7 @@
 #include "estimate/speed_budget.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include <ceres/jet.h>
@@ -21,7 +22,9 @@ std::vector<std::string> prior_names(const GeometryProblem& problem) {
   if (problem.setting.bend != 0.0 && priors.radius_m) names.push_back("radius");
   names.push_back("acceleration");
   if (priors.motion) names.insert(names.end(), 2, "photodiode_delay");
-  names.resize(static_cast<std::size_t>(PriorResidual{&problem}.count()));
+  const auto count = static_cast<std::size_t>(PriorResidual{&problem}.count());
+  assert(names.size() <= count);
+  names.resize(count);
   return names;
 }
 

@@ -251,7 +251,7 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& whole, con
   const auto measured_alone = [](double from_s, double to_s) {
     return "measured from " + fixed_text(from_s, 2) + " to " + fixed_text(to_s, 2) + " s alone";
   };
-  if (told)
+  if (told && !nearest)
     warnings.push_back(
         "the ego trace does not tell the own speed all the while the vehicle is seen: " +
         measured_alone(seconds_of(told->sightings.front().time),

@@ -34,6 +34,10 @@ TEST(SiteDoubts, MostInNoLaneDoubtTheLanes) {
   vehicles[1].no_lane_probability = 0.2;
   EXPECT_TRUE(site_doubts(vehicles, road).empty());
   vehicles[1].no_lane_probability = 0.9;
+  // Of those that drive away no lane is told.
+  vehicles[1].direction = Direction::receding;
+  EXPECT_TRUE(site_doubts(vehicles, road).empty());
+  vehicles[1].direction = Direction::oncoming;
   const auto doubts = site_doubts(vehicles, road);
   ASSERT_EQ(doubts.size(), 1U);
   EXPECT_NE(doubts[0].find("2 of 3 vehicles drive in none of the lanes"), std::string::npos)
@@ -55,6 +59,10 @@ TEST(SiteDoubts, MostThatMoveOtherwiseDoubtCameraAndRoad) {
   ASSERT_EQ(doubts.size(), 1U);
   EXPECT_NE(doubts[0].find("3 of 5 vehicles do not move as on the road stated"), std::string::npos)
       << doubts[0];
+  // By light alone nothing is said of a camera.
+  for (VehicleResult& vehicle : vehicles) vehicle.n_frames = 0;
+  EXPECT_TRUE(site_doubts(vehicles, {}).empty());
+  for (VehicleResult& vehicle : vehicles) vehicle.n_frames = 50;
   vehicles[2].withheld = Miss::too_short;
   EXPECT_TRUE(site_doubts(vehicles, {}).empty());
 }
