@@ -11,6 +11,7 @@ namespace {
 
 constexpr NumberRule kPixels{1.0, 32'768.0, false, false};
 constexpr NumberRule kFocal_px{1.0, 1e6, false, false};
+constexpr NumberRule kFocalStd_px{0.0, 1e5, false, false};
 constexpr NumberRule kExposure_s{0.0, 10.0, true, false};
 constexpr NumberRule kRollingShutter_s{0.0, 1.0, false, false};
 constexpr NumberRule kCoreSigma_px{0.5, 20.0, false, false};
@@ -121,6 +122,7 @@ CameraSite read_camera(const YamlMap& map) {
   camera.width_px = size_px[0];
   camera.height_px = size_px[1];
   map.require("focal_px", camera.focal_px, kFocal_px);
+  map.read("focal_std_px", camera.focal_std_px, kFocalStd_px);
   read_principal(map, camera);
   read_distortion(map, camera);
   if (map.require("position_m", camera.position_m) && !(camera.position_m[2].mean > 0.0))

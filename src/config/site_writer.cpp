@@ -110,6 +110,7 @@ void write_camera(std::string& out, const CameraSite& camera) {
   lines.put("image_size_px",
             "[" + std::to_string(camera.width_px) + ", " + std::to_string(camera.height_px) + "]");
   lines.put("focal_px", list(camera.focal_px));
+  if (camera.focal_std_px > 0.0) lines.put("focal_std_px", number(camera.focal_std_px));
   lines.put("principal_px", list(camera.principal_px));
   std::string distortion = "{model: " + word_of(camera.distortion, kDistortionWords);
   if (const std::size_t count = coefficient_count(camera.distortion); count > 0)

@@ -39,7 +39,8 @@ struct PriorResidual {
   int count() const {
     const MetricPriors& priors = problem->priors;
     return has_drop() + has_separation() + priors.lateral_m.has_value() + has_radius() + 1 +
-           (priors.motion ? 2 : 0) + some_of(priors.turn_rad) + some_of(problem->ego_unknowns);
+           (priors.motion ? 2 : 0) + some_of(priors.turn_rad) + (priors.log_focal.std > 0.0) +
+           some_of(problem->ego_unknowns);
   }
 
   /// Of these the first; those on the own motion come last.
@@ -77,6 +78,7 @@ struct PriorResidual {
     }
     using Unknowns = std::span<const Uncertain>;
     for (const auto& [unknowns, first] : {std::pair(Unknowns(priors.turn_rad), kYaw),
+                                          std::pair(Unknowns(&priors.log_focal, 1), kLogFocal),
                                           std::pair(Unknowns(problem->ego_unknowns), kHeading)})
       for (std::size_t i = 0; i < unknowns.size(); ++i)
         if (unknowns[i].std > 0.0)

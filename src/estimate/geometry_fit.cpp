@@ -27,6 +27,7 @@ std::vector<int> free_parameters(const GeometryProblem& problem) {
   for (int axis = 0; axis < 3; ++axis)
     if (problem.priors.turn_rad[static_cast<std::size_t>(axis)].std > 0.0)
       free.push_back(kYaw + axis);
+  if (problem.priors.log_focal.std > 0.0) free.push_back(kLogFocal);
   for (int i = kHeading; i < kPathParameters; ++i)
     if (problem.ego_unknowns[static_cast<std::size_t>(i - kHeading)].std > 0.0) free.push_back(i);
   return free;
@@ -52,23 +53,22 @@ Outcome<GeometryFit> fit_geometry(const GeometryProblem& problem, const PathVect
   constexpr double kTolerance = 1e-4;  // sigmas
   // Where no lengths like those known explain the bearings, ever shorter ones cost less: the priors
   // on them are bounded, and the rest becomes that of a toy.
-  constexpr double kMostShrunkLn = 5.0;
+  constexpr double kMostShrunkLn = 5.0, kShrunkLn = 4.0;
   const std::vector<int> free = free_parameters(problem);
   GeometryFit fit;
   fit.parameters = start;
-  bool shrunk = false;
+  double reached = start[kLogScale];  // by steps that were taken
   const auto outcome = descend(
       [&](const Eigen::VectorXd& unknowns, bool with_slopes) -> std::optional<Residuals> {
         fit.parameters(free) = unknowns;
-        if (fit.parameters[kLogScale] < start[kLogScale] - kMostShrunkLn) {
-          shrunk = true;
-          return std::nullopt;
-        }
+        if (fit.parameters[kLogScale] < start[kLogScale] - kMostShrunkLn) return std::nullopt;
+        if (with_slopes) reached = fit.parameters[kLogScale];
         return geometry_residuals(problem, fit.parameters, free,
                                   with_slopes ? Slopes::of_path : Slopes::none);
       },
       start(free), kTolerance);
-  if (const Miss* miss = std::get_if<Miss>(&outcome)) return shrunk ? Miss::bad_fit : *miss;
+  if (const Miss* miss = std::get_if<Miss>(&outcome))
+    return reached < start[kLogScale] - kShrunkLn ? Miss::bad_fit : *miss;
   const Minimum& minimum = std::get<Minimum>(outcome);
   const auto covariance = inverse_information(minimum.information);
   if (!covariance) return Miss::unobservable;

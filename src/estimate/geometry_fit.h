@@ -30,6 +30,7 @@ struct MetricPriors {
   Uncertain acceleration_mps2{0.0, 1.5};
   std::optional<KnownMotion> motion;
   std::array<Uncertain, 3> turn_rad{};  ///< yaw, pitch, roll from the mean pose; std 0: fixed
+  Uncertain log_focal;                  ///< std 0: fixed
 };
 
 struct GeometryProblem {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimate/lane_choice.h"
+#include "optics/camera.h"
 
 namespace vildar {
 namespace {
@@ -55,6 +56,7 @@ MetricPriors metric_priors(const Site& site, const LampReading& lamps) {
     priors.radius_m = with_floor(*site.road.radius_m, kKnownRadius * site.road.radius_m->mean);
   priors.turn_rad = {Uncertain{0.0, camera.yaw_rad.std}, Uncertain{0.0, camera.pitch_rad.std},
                      Uncertain{0.0, camera.roll_rad.std}};
+  priors.log_focal = {0.0, camera.focal_std_px / Camera(camera).focal_px()};
   return priors;
 }
 

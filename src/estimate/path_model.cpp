@@ -13,6 +13,7 @@ PathSetting path_setting(const CameraSite& camera, const RoadSite& road) {
   setting.roll_rad = camera.roll_rad.mean;
   setting.turns =
       camera.yaw_rad.std > 0.0 || camera.pitch_rad.std > 0.0 || camera.roll_rad.std > 0.0;
+  setting.focal_unsure = camera.focal_std_px > 0.0;
   setting.bend = road.radius_m ? bend_of(road) : 0.0;
   setting.straight_m = road.straight_m;
   return setting;

@@ -27,6 +27,7 @@ enum PathParameter : int {
   kYaw,            ///< turns of the camera from the site's mean pose, rad
   kPitch,
   kRoll,
+  kLogFocal,  ///< ln of the focal length over the site's
   kHeading,   ///< of the camera's own vehicle off the road's at the reference time, rad
   kEgoDelay,  ///< to be added to the stamps of the trace of its motion, s
   kOwnSwing,  ///< first of OwnWay's swings
@@ -58,9 +59,10 @@ struct PathSetting {
   Eigen::Vector3d camera_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d camera_from_road = Eigen::Matrix3d::Identity();  ///< mean pose
   double yaw_rad = 0.0, pitch_rad = 0.0, roll_rad = 0.0;           ///< of the same
-  bool turns = false;       ///< the pose has a std, so that p[kYaw..kRoll] may differ from zero
-  bool ego_unsure = false;  ///< p[kHeading..] may differ from zero
-  double bend = 0.0;        ///< as in path_point
+  bool turns = false;         ///< the pose has a std, so that p[kYaw..kRoll] may differ from zero
+  bool focal_unsure = false;  ///< p[kLogFocal] may differ from zero
+  bool ego_unsure = false;    ///< p[kHeading..] may differ from zero
+  double bend = 0.0;          ///< as in path_point
   double straight_m = 0.0;
   std::vector<AccelerationStep> steps;
 
@@ -169,22 +171,31 @@ Eigen::Matrix<T, 3, 1> lamp_from_camera_m(const T* p, const PathSetting& setting
 }
 
 /// Camera axes of a road-frame direction, for a camera turned by p[kYaw..kRoll] from its mean pose.
+/// Across its view they are stretched by p[kLogFocal]: image places by the site's focal length come
+/// out as they are seen.
 template <class T>
 Eigen::Matrix<T, 3, 1> camera_axes(const T* p, const PathSetting& setting,
                                    const Eigen::Matrix<T, 3, 1>& ray) {
   using std::cos;
+  using std::exp;
   using std::sin;
-  if (!setting.turns) return setting.camera_from_road.cast<T>() * ray;
-  // Yaw, pitch and roll undone in their order; ahead, left and up are the body's axes.
-  const T yaw_rad = setting.yaw_rad + p[kYaw];
-  const T pitch_rad = setting.pitch_rad + p[kPitch];
-  const T roll_rad = setting.roll_rad + p[kRoll];
-  const T level = cos(yaw_rad) * ray.x() + sin(yaw_rad) * ray.y();
-  const T left = cos(yaw_rad) * ray.y() - sin(yaw_rad) * ray.x();
-  const T ahead = cos(pitch_rad) * level + sin(pitch_rad) * ray.z();
-  const T up = cos(pitch_rad) * ray.z() - sin(pitch_rad) * level;
-  return {-(cos(roll_rad) * left + sin(roll_rad) * up), sin(roll_rad) * left - cos(roll_rad) * up,
-          ahead};
+  Eigen::Matrix<T, 3, 1> axes;
+  if (setting.turns) {
+    // Yaw, pitch and roll undone in their order; ahead, left and up are the body's axes.
+    const T yaw_rad = setting.yaw_rad + p[kYaw];
+    const T pitch_rad = setting.pitch_rad + p[kPitch];
+    const T roll_rad = setting.roll_rad + p[kRoll];
+    const T level = cos(yaw_rad) * ray.x() + sin(yaw_rad) * ray.y();
+    const T left = cos(yaw_rad) * ray.y() - sin(yaw_rad) * ray.x();
+    const T ahead = cos(pitch_rad) * level + sin(pitch_rad) * ray.z();
+    const T up = cos(pitch_rad) * ray.z() - sin(pitch_rad) * level;
+    axes = {-(cos(roll_rad) * left + sin(roll_rad) * up), sin(roll_rad) * left - cos(roll_rad) * up,
+            ahead};
+  } else {
+    axes = setting.camera_from_road.cast<T>() * ray;
+  }
+  if (setting.focal_unsure) axes.template head<2>() *= exp(p[kLogFocal]);
+  return axes;
 }
 
 }  // namespace vildar

@@ -48,6 +48,7 @@ Camera fitted_camera(CameraSite camera, const Trajectory& trajectory) {
   camera.yaw_rad.mean += path[kYaw];
   camera.pitch_rad.mean += path[kPitch];
   camera.roll_rad.mean += path[kRoll];
+  for (double& focal_px : camera.focal_px) focal_px *= std::exp(path[kLogFocal]);
   return Camera(camera);
 }
 
@@ -137,6 +138,7 @@ void report(const VehicleTrack& track, const Site& site, std::span<const Traject
   const MotionState state = mixed_state(trajectories, speed.time_s);
   result.speed = speed;
   result.lane = sure_lane(trajectories);
+  result.no_lane_probability = 0.0;
   for (const Trajectory& one : trajectories)
     if (one.lane.empty()) result.no_lane_probability += one.weight;
   result.withheld = gate_speed(track, state, speed);

@@ -37,6 +37,7 @@ struct CameraSite {
   int width_px = 0;
   int height_px = 0;
   std::array<double, 2> focal_px{0.0, 0.0};
+  double focal_std_px = 0.0;  ///< of both together, in proportion
   std::array<double, 2> principal_px{0.0, 0.0};
   DistortionModel distortion = DistortionModel::none;
   std::array<double, 5>

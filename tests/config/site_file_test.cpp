@@ -54,6 +54,7 @@ TEST(SiteFile, EveryKeyArrivesInItsPlaceAndUnit) {
   EXPECT_EQ(camera.width_px, 1920);
   EXPECT_EQ(camera.height_px, 1080);
   EXPECT_EQ(camera.focal_px, (std::array<double, 2>{1400.0, 1400.0}));
+  EXPECT_EQ(camera.focal_std_px, 14.0);
   EXPECT_EQ(camera.principal_px, (std::array<double, 2>{959.5, 539.5}));
   EXPECT_EQ(camera.distortion, DistortionModel::brown);
   EXPECT_EQ(camera.distortion_coefficients,

@@ -14,6 +14,7 @@ inline constexpr std::string_view kContractSite = R"(version: 1
 camera:                       # optional: photodiode-only sites have none
   image_size_px: [1920, 1080]
   focal_px: [1400.0, 1400.0]
+  focal_std_px: 14.0
   principal_px: [959.5, 539.5]
   distortion: {model: brown, coefficients: [0, 0, 0, 0, 0]}   # k1 k2 p1 p2 k3
   position_m: [0.0, 0.0, 5.0] # in the road frame

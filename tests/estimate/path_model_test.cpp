@@ -27,5 +27,19 @@ TEST(PathModel, TurnsTheCameraAsItsPoseSays) {
   }
 }
 
+// A longer lens than the site says shows all farther from the middle.
+TEST(PathModel, StretchesTheViewByTheFocalLength) {
+  CameraSite site;
+  site.focal_px = {1400.0, 1400.0};
+  site.focal_std_px = 28.0;
+  const PathSetting setting = path_setting(site, {});
+  PathVector path = PathVector::Zero();
+  path[kLogFocal] = std::log(1.02);
+  const Eigen::Vector3d ray(40.0, -3.0, -4.32);
+  const Eigen::Vector3d seen = camera_axes(path.data(), setting, ray);
+  EXPECT_NEAR(1400.0 * seen.x() / seen.z(), 1428.0 * 3.0 / 40.0, 1e-9);
+  EXPECT_NEAR(1400.0 * seen.y() / seen.z(), 1428.0 * 4.32 / 40.0, 1e-9);
+}
+
 }  // namespace
 }  // namespace vildar
