@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -8,7 +9,6 @@
 namespace vildar {
 namespace {
 
-using PathJet = ceres::Jet<double, kPathParameters>;
 using Eigen::Index;
 
 // Of all priors' residuals, which the sizes of the steps enter linearly, by each of these.
@@ -30,11 +30,12 @@ Eigen::MatrixXd prior_slopes(const GeometryProblem& problem, const PathVector& p
   return slopes;
 }
 
-}  // namespace
-
-std::optional<Residuals> geometry_residuals(const GeometryProblem& problem,
-                                            const PathVector& parameters,
-                                            const std::vector<int>& free, Slopes slopes) {
+// Slopes by at most `kMost` of the path's parameters: most of their cost goes with how many there
+// are.
+template <int kMost>
+std::optional<Residuals> residuals_by(const GeometryProblem& problem, const PathVector& parameters,
+                                      const std::vector<int>& free, Slopes slopes) {
+  using Jet = ceres::Jet<double, kMost>;
   const PriorResidual priors{&problem};
   const Index lamps = 2 * static_cast<Index>(problem.lamps.size());
   Residuals found;
@@ -43,13 +44,15 @@ std::optional<Residuals> geometry_residuals(const GeometryProblem& problem,
   const std::size_t steps = slopes == Slopes::of_path_and_steps ? problem.setting.steps.size() : 0;
   if (slopes != Slopes::none)
     found.slopes.resize(n + static_cast<Index>(steps), found.values.size());
-  std::array<PathJet, kPathParameters> path;
-  for (int i = 0; i < kPathParameters; ++i)
-    path[static_cast<std::size_t>(i)] = PathJet(parameters[i], i);
+  std::array<Jet, kPathParameters> path;
+  for (int i = 0; i < kPathParameters; ++i) path[static_cast<std::size_t>(i)] = Jet(parameters[i]);
+  for (Index k = 0; k < n; ++k)
+    path[static_cast<std::size_t>(free[static_cast<std::size_t>(k)])].v[k] = 1.0;
+  const auto rate = std::ranges::find(free, int{kClosingRate}) - free.begin();
   double softened = 0.0;
   for (std::size_t i = 0; i < problem.lamps.size(); ++i) {
     const LampResidual lamp{&problem, i};
-    std::array<PathJet, 2> error;
+    std::array<Jet, 2> error;
     Eigen::Vector2d value;
     if (slopes == Slopes::none ? !lamp(parameters.data(), value.data())
                                : !lamp(path.data(), error.data()))
@@ -64,29 +67,40 @@ std::optional<Residuals> geometry_residuals(const GeometryProblem& problem,
     const double tau_s = problem.lamps[i].time_s - problem.reference_s;
     for (std::size_t axis = 0; axis < 2; ++axis) {
       auto column = found.slopes.col(first + static_cast<Index>(axis));
-      for (Index k = 0; k < n; ++k)
-        column[k] = weight * error[axis].v[free[static_cast<std::size_t>(k)]];
+      column.head(n) = weight * error[axis].v.head(n);
       // A step moves the vehicle as a closing rate would that has gone as far by then.
-      const double by_rate = weight * error[axis].v[kClosingRate];
+      const double by_rate = weight * error[axis].v[rate];
       for (std::size_t k = 0; k < steps; ++k) {
         const double moved = problem.setting.steps[k].way(tau_s);
         column[n + static_cast<Index>(k)] = moved == 0.0 ? 0.0 : by_rate * moved / tau_s;
       }
     }
   }
-  std::vector<PathJet> errors(static_cast<std::size_t>(priors.count()));
+  std::vector<Jet> errors(static_cast<std::size_t>(priors.count()));
   priors(path.data(), errors.data());
   for (std::size_t i = 0; i < errors.size(); ++i) {
     const Index at = lamps + static_cast<Index>(i);
     found.values[at] = errors[i].a;
-    for (Index k = 0; k < n && slopes != Slopes::none; ++k)
-      found.slopes(k, at) = errors[i].v[free[static_cast<std::size_t>(k)]];
+    if (slopes != Slopes::none) found.slopes.col(at).head(n) = errors[i].v.head(n);
   }
   if (steps > 0)
     found.slopes.bottomRightCorner(static_cast<Index>(steps), priors.count()) =
         prior_slopes(problem, parameters).transpose();
   found.cost = softened + 0.5 * found.values.squaredNorm();
   return found;
+}
+
+}  // namespace
+
+std::optional<Residuals> geometry_residuals(const GeometryProblem& problem,
+                                            const PathVector& parameters,
+                                            const std::vector<int>& free, Slopes slopes) {
+  constexpr int kSurveyedPair = 6, kTurnedPair = 10;
+  if (free.size() <= kSurveyedPair)
+    return residuals_by<kSurveyedPair>(problem, parameters, free, slopes);
+  if (free.size() <= kTurnedPair)
+    return residuals_by<kTurnedPair>(problem, parameters, free, slopes);
+  return residuals_by<kPathParameters>(problem, parameters, free, slopes);
 }
 
 }  // namespace vildar

@@ -59,11 +59,13 @@ LampPower lamp_power(const LightSetting& setting, const double* light, double lo
   return power;
 }
 
-using Jet = ceres::Jet<double, kPathParameters + 1>;
+// By the parameters that say where the vehicle is, and by time.
+constexpr int kOfPlace = kYaw;
+using Jet = ceres::Jet<double, kOfPlace + 1>;
 PathPoint<Jet> place_with_slopes(const double* path, const PathSetting& setting, double tau_s) {
   std::array<Jet, kPathParameters> jets;
-  for (int i = 0; i < kPathParameters; ++i) jets[static_cast<std::size_t>(i)] = Jet(path[i], i);
-  return vehicle_point(jets.data(), setting, Jet(tau_s, kPathParameters));
+  for (int i = 0; i < kOfPlace; ++i) jets[static_cast<std::size_t>(i)] = Jet(path[i], i);
+  return vehicle_point(jets.data(), setting, Jet(tau_s, kOfPlace));
 }
 
 PathPoint<double> plain(const PathPoint<Jet>& place) {
@@ -114,14 +116,15 @@ bool log_power(const double* path, const double* light, const LightSetting& sett
     for (std::size_t k = 0; k < kLightParameters; ++k)
       gradient->light[k] = (i > 0 ? gradient->light[k] : 0.0) + share * lamp.by_light[k];
   }
-  const Eigen::Matrix<double, kPathParameters + 1, 1> by_place =
-      both.by_ahead * slopes.x_m.v + both.by_across * slopes.y_m.v +
-      both.by_heading * slopes.heading_rad.v;
-  gradient->path = by_place.head<kPathParameters>();
+  const Eigen::Matrix<double, kOfPlace + 1, 1> by_place = both.by_ahead * slopes.x_m.v +
+                                                          both.by_across * slopes.y_m.v +
+                                                          both.by_heading * slopes.heading_rad.v;
+  gradient->path.setZero();
+  gradient->path.head<kOfPlace>() = by_place.head<kOfPlace>();
   gradient->path[kLogScale] += light[kExponent] + both.by_below * scale_m * path[kDrop] + by_aside;
   gradient->path[kDrop] += both.by_below * scale_m;
   gradient->path[kLogSeparation] += by_aside;
-  gradient->light[kTimeShift] = by_place[kPathParameters];
+  gradient->light[kTimeShift] = by_place[kOfPlace];
   gradient->moved = -both.by_ahead;
   return true;
 }

@@ -9,13 +9,11 @@
 namespace vildar {
 namespace {
 
-using PathJet = ceres::Jet<double, kPathParameters>;
-
-std::array<PathJet, kPathParameters> jets_of(const PathVector& parameters) {
-  std::array<PathJet, kPathParameters> jets;
-  for (int i = 0; i < kPathParameters; ++i)
-    jets[static_cast<std::size_t>(i)] = PathJet(parameters[i], i);
-  return jets;
+template <int kBy>
+PathVector slopes_of(const ceres::Jet<double, kBy>& value) {
+  PathVector slopes = PathVector::Zero();
+  slopes.head<kBy>() = value.v;
+  return slopes;
 }
 
 // What a time needs of each step.
@@ -49,34 +47,48 @@ double turns_wider_mps(const Trajectory& one, double over_ground_mps) {
   return off_middle_m / radius_m * over_ground_mps;
 }
 
-}  // namespace
-
-MotionState Trajectory::at(double time_s) const {
-  const auto p = jets_of(fit.parameters);
+// With slopes by the first `kBy` parameters.
+template <int kBy>
+MotionState state_of(const Trajectory& one, double time_s) {
+  const GeometryProblem& problem = one.problem;
+  const PathVector& parameters = one.fit.parameters;
+  using Jet = ceres::Jet<double, kBy>;
+  std::array<Jet, kPathParameters> p;
+  for (int i = 0; i < kPathParameters; ++i)
+    p[static_cast<std::size_t>(i)] = i < kBy ? Jet(parameters[i], i) : Jet(parameters[i]);
   const double tau_s = time_s - problem.reference_s;
   const auto place = lamp_from_camera_m(p.data(), problem.setting, tau_s, 0.0,
-                                        ego.deviation(problem.reference_s, time_s));
-  const PathJet scale_m = exp(p[kLogScale]);
-  const PathJet lane_share = lane_way_share(p.data(), problem.setting);
-  const PathJet over_ground = scale_m * (p[kClosingRate] + tau_s * p[kAcceleration] +
-                                         problem.setting.departed_rate(tau_s)) -
-                              lane_share * ego.speed_mps(problem.reference_s);
+                                        one.ego.deviation(problem.reference_s, time_s));
+  const Jet scale_m = exp(p[kLogScale]);
+  const Jet lane_share = lane_way_share(p.data(), problem.setting);
+  const Jet over_ground = scale_m * (p[kClosingRate] + tau_s * p[kAcceleration] +
+                                     problem.setting.departed_rate(tau_s)) -
+                          lane_share * one.ego.speed_mps(problem.reference_s);
   MotionState state;
   state.range_m = place.x().a + problem.setting.camera_m.x();
-  state.range_std_m = std_of(
-      place.x().v, -scale_m.a * by_steps(*this, [&](const auto& step) { return step.way(tau_s); }));
+  state.range_std_m =
+      one.std_of(slopes_of(place.x()),
+                 -scale_m.a * by_steps(one, [&](const auto& step) { return step.way(tau_s); }));
   state.lateral_m = place.y().a + problem.setting.camera_m.y();
   state.over_ground_mps = over_ground.a;
   state.speed_std_mps = std::hypot(
-      std_of(over_ground.v,
-             scale_m.a * by_steps(*this, [&](const auto& step) { return step.beyond_s(tau_s); })),
-      ego.speed_std_mps(), turns_wider_mps(*this, over_ground.a));
-  state.scaled_mps = over_ground.a + lane_share.a * ego.speed_mps(problem.reference_s);
-  state.closing_mps = over_ground.a + lane_share.a * ego.speed_mps(time_s);
+      one.std_of(slopes_of(over_ground),
+                 scale_m.a * by_steps(one, [&](const auto& step) { return step.beyond_s(tau_s); })),
+      one.ego.speed_std_mps(), turns_wider_mps(one, over_ground.a));
+  state.scaled_mps = over_ground.a + lane_share.a * one.ego.speed_mps(problem.reference_s);
+  state.closing_mps = over_ground.a + lane_share.a * one.ego.speed_mps(time_s);
   const double rate_mps2 =
-      scale_m.a * (fit.parameters[kAcceleration] + problem.setting.departed_acceleration(tau_s));
+      scale_m.a * (parameters[kAcceleration] + problem.setting.departed_acceleration(tau_s));
   state.acceleration_mps2 = over_ground.a < 0.0 ? -rate_mps2 : rate_mps2;
   return state;
+}
+
+}  // namespace
+
+MotionState Trajectory::at(double time_s) const {
+  // The pose bears on what is seen alone.
+  return problem.setting.ego_unsure ? state_of<kPathParameters>(*this, time_s)
+                                    : state_of<kYaw>(*this, time_s);
 }
 
 double Trajectory::lamp_height_m() const {
