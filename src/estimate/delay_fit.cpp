@@ -77,23 +77,34 @@ DelayRows rows_of(const DelayProblem& problem) {
   return rows;
 }
 
-// Under what angle off the road the far photodiode sees the vehicle, at a constant speed: as if the
-// light ended at 59 degrees, between headlamps' beams (half a right angle) and wide views. Its
-// blocks become less sure by a part of the mismatch, which under wide angles is larger than any
-// noise; not by more than that of 1 %, or whatever is unlike would pass for it.
-void set_angles(const DelayProblem& problem, double delay_s, DelayRows& rows) {
+// What the far photodiode would have received as the near one does, and how well that is known, at
+// a constant speed and as if the light ended at 59 degrees off the road, between headlamps' beams
+// (half a right angle) and wide views. Its blocks become less sure by a part of the mismatch, which
+// under wide angles is larger than any noise; not by more than that of 1 %, or whatever is unlike
+// would pass for it.
+DelayRows as_of_near(const DelayProblem& problem, double delay_s, DelayRows rows) {
   constexpr double kCompared_rad = 0.35, kEnd = 0.6, kOfMismatch = 0.25, kLarge = 0.01;
-  const double mismatch = std::min(problem.log_ratio.std, kLarge);
-  const double counted = kOfMismatch * mismatch * mismatch / kLarge;
-  const double d_m = problem.perpendicular_m;
-  const double speed_mps = problem.baseline_m.mean / delay_s;
+  const double d_m = problem.pose.perpendicular_m;
+  const double speed_mps = problem.pose.baseline_m.mean / delay_s;
   const double passed_s = problem.far.passed_s - rows.reference_s;
+  const double ambient = problem.far.ambient_w.mean / rows.unit_w;
+  const auto counted = [&](double mismatch) {
+    return kOfMismatch * std::pow(std::min(mismatch, kLarge), 2) / kLarge;
+  };
   for (DelayRows::Row& row : rows.rows) {
     if (!row.far) continue;
     const double ahead_m = kEnd * d_m + speed_mps * std::max(0.0, passed_s - row.tau_s);
-    row.angle = std::atan2(d_m, ahead_m) / kCompared_rad;
-    row.sigma = std::hypot(row.sigma, counted * row.angle * row.root * row.root);
+    const double angle = std::atan2(d_m, ahead_m) / kCompared_rad;
+    const UnlikeLight unlike = unlike_at(problem.pose.unlike, ahead_m);
+    const double share = std::exp(-unlike.log_ratio);
+    row.power = ambient + share * (row.power - ambient);
+    row.root *= std::sqrt(share);
+    row.mismatch = problem.log_ratio.std * angle + unlike.doubt;
+    const double light = row.root * row.root;
+    row.sigma = std::hypot(share * row.sigma, counted(problem.log_ratio.std) * angle * light,
+                           counted(unlike.doubt) * light);
   }
+  return rows;
 }
 
 // The delay that a coarse curve fits best, with constant speed.
@@ -101,7 +112,7 @@ double scan_delay_s(const DelayProblem& problem, const DelayRows& rows) {
   constexpr double kStep = 1.2;
   double best_s = 0.0, least = INFINITY;
   for (double speed_mps = kFastest_mps; speed_mps > kSlowest_mps; speed_mps /= kStep) {
-    const double delay_s = problem.baseline_m.mean / speed_mps;
+    const double delay_s = problem.pose.baseline_m.mean / speed_mps;
     if (delay_s > 0.5 * (rows.last_s - rows.first_s)) break;
     const DelayModel model(problem, rows, CubicSpline(delay_breaks(rows, delay_s, kScanPieces)));
     const double cost = model.minimise(model.start(delay_s), false, 1).cost;
@@ -145,7 +156,7 @@ bool share_a_stretch(const DelayProblem& problem, const DelayRows& rows, const D
         model.motion_at(value, rows.first_s + (rows.last_s - rows.first_s) * (i + 0.5) / kTimes)
             .speed_mps /
         kTimes;
-  return problem.baseline_m.mean < kMostApart * mean_mps * (rows.last_s - rows.first_s);
+  return problem.pose.baseline_m.mean < kMostApart * mean_mps * (rows.last_s - rows.first_s);
 }
 
 // Most by which the speed leaves the straight line nearest to it.
@@ -188,7 +199,7 @@ void put_hardest(const DelayRows& rows, const DelayModel& model, const DelayMoti
 void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayModel& model,
                const DelayMotion& found, DelayFit& fit) {
   constexpr double kTwoSided95 = 1.959963984540054;
-  const double baseline_share = problem.baseline_m.std / problem.baseline_m.mean;
+  const double baseline_share = problem.pose.baseline_m.std / problem.pose.baseline_m.mean;
   const double widened = fit.sigma_factor * fit.sigma_factor / found.noise_factor;
   const auto slopes_of = [&](const DelayModel::Motion& motion) {
     Eigen::MatrixX2d slopes(found.covariance.rows(), 2);
@@ -291,11 +302,14 @@ double chi2_of_no_delay(const DelayProblem& problem, const DelayRows& rows, int 
 Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   if (std::min(problem.near.blocks.size(), problem.far.blocks.size()) < kFewestBlocks)
     return Miss::too_few_samples;
-  DelayRows rows = rows_of(problem);
-  if (!(rows.unit_w > 0.0)) return Miss::below_noise;
-  const double delay_s = scan_delay_s(problem, rows);
+  const DelayRows measured = rows_of(problem);
+  if (!(measured.unit_w > 0.0)) return Miss::below_noise;
+  double delay_s = scan_delay_s(problem, measured);
   if (!(delay_s > 0.0)) return Miss::too_few_samples;
-  set_angles(problem, delay_s, rows);
+  if (!problem.pose.unlike.empty())
+    delay_s = scan_delay_s(problem, as_of_near(problem, delay_s, measured));
+  if (!(delay_s > 0.0)) return Miss::too_few_samples;
+  DelayRows rows = as_of_near(problem, delay_s, measured);
   const auto outcome = best_delay_curve(problem, rows, delay_s);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   const DelayCurve& known = std::get<DelayCurve>(outcome);
@@ -305,7 +319,7 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   const std::vector<double> steps_s = delay_steps_s(rows);
   if (steps_s.empty()) return Miss::below_noise;
   const DelayModel model(problem, rows, curve, steps_s);
-  const auto motion = find_delay_motion(problem, model, rows, steps_s, constant);
+  const auto motion = find_delay_motion(model, rows, steps_s, constant);
   if (!motion) return Miss::not_converged;
   if (!share_a_stretch(problem, rows, model, motion->value)) return Miss::bad_fit;
   const Eigen::VectorXd residuals = model.residuals(motion->value);

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "core/outcome.h"
+#include "estimate/delay_pose.h"
 #include "types/power.h"
 #include "types/result.h"
 #include "types/site.h"
@@ -22,14 +23,14 @@ struct DelaySide {
   double passed_s = 0.0;  ///< where the light of the vehicle ends, cut off or not
 };
 
-/// Two photodiodes at the same height and lateral place, looking the same way, one up the road from
-/// the other. Both receive the same function of the vehicle's distance ahead of them, whatever lamp
-/// and law it is, so the time between like powers is the baseline over the speed.
+/// Two photodiodes at about the same height and lateral place, looking about the same way along the
+/// road, one up the road from the other. But for what PairPose says both receive the same function
+/// of the vehicle's distance ahead of them, whatever lamp and law it is, so the time between like
+/// powers is the baseline over the speed.
 struct DelayProblem {
   DelaySide near, far;  ///< `far` stands up the road: it is passed first
-  Uncertain baseline_m;
-  Uncertain log_ratio;           ///< ln of the gain of `far` over that of `near`; std 0: known
-  double perpendicular_m = 0.0;  ///< from the lamps' path to the photodiodes
+  PairPose pose;
+  Uncertain log_ratio;  ///< ln of the gain of `far` over that of `near`; std 0: known
   /// Times at which the speed is asked for; where none of the light is, the nearest that is.
   double asked_from_s = -INFINITY, asked_to_s = INFINITY;
 };

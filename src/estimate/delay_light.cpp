@@ -7,13 +7,11 @@
 #include "estimate/light_edges.h"
 #include "estimate/power_blocks.h"
 #include "estimate/speed_gate.h"
+#include "optics/road.h"
 
 namespace vildar {
 namespace {
 
-constexpr double kAlike_m = 0.05;
-constexpr double kAlike_rad = 0.01;
-constexpr double kLeastBaseline_m = 0.10;
 constexpr double kClearSigmas = 10.0;
 
 // Half a period of the mains, in which street lamps' flicker averages out, or several of them where
@@ -176,17 +174,6 @@ bool as_bright(const DelayProblem& problem) {
   return std::abs(apart - problem.log_ratio.mean) < kMostApart_ln + 3.0 * problem.log_ratio.std;
 }
 
-// From the path of the lamps of the farthest lane: of several any may be the vehicle's.
-double perpendicular_m(const Site& site, const PhotodiodeSite& receiver) {
-  constexpr double kRoadside_m = 4.0;  // where no lane is given
-  const double drop_m =
-      receiver.position_m[2].mean - (site.lamps.height_m ? site.lamps.height_m->mean : 0.0);
-  double aside_m = site.road.lanes.empty() ? kRoadside_m : 0.0;
-  for (const LaneSite& lane : site.road.lanes)
-    aside_m = std::max(aside_m, std::abs(lane.lateral_m.mean - receiver.position_m[1].mean));
-  return std::hypot(aside_m, drop_m);
-}
-
 }  // namespace
 
 Outcome<DelayProblem> delay_problem(const Site& site, const PowerTrace& one,
@@ -195,25 +182,22 @@ Outcome<DelayProblem> delay_problem(const Site& site, const PowerTrace& one,
   const auto diode = [&](const PowerTrace& trace) -> const PhotodiodeSite& {
     return site.photodiodes.at(static_cast<std::size_t>(trace.photodiode));
   };
-  const bool ordered = diode(one).position_m[0].mean <= diode(other).position_m[0].mean;
+  const auto along_m = [&](const PowerTrace& trace) {
+    const auto& place_m = diode(trace).position_m;
+    return road_position(site.road, place_m[0].mean, place_m[1].mean).along_m;
+  };
+  const bool ordered = along_m(one) <= along_m(other);
   const PowerTrace& near_trace = ordered ? one : other;
   const PowerTrace& far_trace = ordered ? other : one;
   const PhotodiodeSite& near = diode(near_trace);
   const PhotodiodeSite& far = diode(far_trace);
-  const auto apart_m = [&](std::size_t axis) {
-    return far.position_m[axis].mean - near.position_m[axis].mean;
-  };
-  if (site.road.kind != RoadKind::straight || std::abs(apart_m(1)) > kAlike_m ||
-      std::abs(apart_m(2)) > kAlike_m || std::abs(near.yaw_rad - far.yaw_rad) > kAlike_rad ||
-      std::abs(near.pitch_rad - far.pitch_rad) > kAlike_rad)
-    return Miss::outside_model;
+  auto pose = pair_pose(site, near, far);
+  if (const Miss* miss = std::get_if<Miss>(&pose)) return *miss;
   DelayProblem problem;
-  problem.baseline_m = {apart_m(0), std::hypot(near.position_m[0].std, far.position_m[0].std)};
-  if (problem.baseline_m.mean < kLeastBaseline_m) return Miss::no_scale;
+  problem.pose = std::get<PairPose>(std::move(pose));
   problem.log_ratio = {std::log(far.gain_ratio.mean / near.gain_ratio.mean),
                        std::hypot(near.gain_ratio.std / near.gain_ratio.mean,
                                   far.gain_ratio.std / far.gain_ratio.mean)};
-  problem.perpendicular_m = perpendicular_m(site, far);
   for (const auto& [trace, side] :
        {std::pair{&near_trace, &problem.near}, std::pair{&far_trace, &problem.far}}) {
     auto found = side_of(*trace, site, from_s, to_s, to_peak);
@@ -263,8 +247,10 @@ void widen_for_pulses(const Site& site, const PowerTrace& one, const PowerTrace&
   const auto diode_of = [&](const PowerTrace& trace) -> const PhotodiodeSite& {
     return site.photodiodes.at(static_cast<std::size_t>(trace.photodiode));
   };
+  const auto& one_m = diode_of(one).position_m;
+  const auto& other_m = diode_of(other).position_m;
   const double baseline_m =
-      std::abs(diode_of(one).position_m[0].mean - diode_of(other).position_m[0].mean);
+      std::hypot(one_m[0].mean - other_m[0].mean, one_m[1].mean - other_m[1].mean);
   for (const PowerTrace* trace : {&one, &other}) {
     const double offset_s = diode_of(*trace).time_offset_s.mean;
     widen(fit, pulsing_std_mps(*trace, from_s - offset_s, to_s - offset_s, baseline_m,

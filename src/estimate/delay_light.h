@@ -9,10 +9,8 @@ namespace vildar {
 /// The pulses of one vehicle on two photodiodes, between two clip times, or up to each one's peak.
 /// Sigmas follow the scatter within the blocks, which grows with the light where shot noise
 /// does.
-/// Misses: outside_model (not a straight road, or the two do not stand alike: more than 5 cm apart
-/// in height or sideways, or turned apart), no_scale (less than 10 cm apart along the road),
-/// too_few_samples, below_noise, bad_fit (edges leave the two different stretches of the light, or
-/// one saw far less of it).
+/// Misses: those of pair_pose(), too_few_samples, below_noise, bad_fit (edges leave the two
+/// different stretches of the light, or one saw far less of it).
 Outcome<DelayProblem> delay_problem(const Site& site, const PowerTrace& one,
                                     const PowerTrace& other, double from_s, double to_s,
                                     bool to_peak);

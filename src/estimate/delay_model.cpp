@@ -63,7 +63,7 @@ double DelayModel::by_log_delay(const DelayRows::Row& row, const Eigen::VectorXd
   for (std::size_t k = 0; k < steps_.size(); ++k)
     departed_m += value[first_step() + static_cast<int>(k)] * steps_[k].way(row.tau_s);
   return std::exp(value[kLogDelay]) *
-         ((row.far ? 1.0 : 0.0) + departed_m / problem_.baseline_m.mean);
+         ((row.far ? 1.0 : 0.0) + departed_m / problem_.pose.baseline_m.mean);
 }
 
 DelayModel::Light DelayModel::light_of(const DelayRows::Row& row,
@@ -83,7 +83,7 @@ DelayModel::Light DelayModel::light_of(const DelayRows::Row& row,
 
 bool DelayModel::drives_on(const Eigen::VectorXd& value) const {
   constexpr double kSlowest = 0.05;  // of the speed at the reference
-  const double per_mps = std::exp(value[kLogDelay]) / problem_.baseline_m.mean;
+  const double per_mps = std::exp(value[kLogDelay]) / problem_.pose.baseline_m.mean;
   const auto share = [&](double tau_s) {
     double speed = 1.0 + value[kAlpha] * tau_s;
     for (std::size_t k = 0; k < steps_.size(); ++k)
@@ -97,7 +97,7 @@ bool DelayModel::drives_on(const Eigen::VectorXd& value) const {
 }
 
 DelayModel::Motion DelayModel::motion_at(const Eigen::VectorXd& value, double tau_s) const {
-  const double reference_mps = problem_.baseline_m.mean * std::exp(-value[kLogDelay]);
+  const double reference_mps = problem_.pose.baseline_m.mean * std::exp(-value[kLogDelay]);
   const double alpha = value[kAlpha];
   Motion motion{reference_mps * (1.0 + alpha * tau_s), reference_mps * alpha,
                 Eigen::VectorXd::Zero(value.size()), Eigen::VectorXd::Zero(value.size())};
@@ -125,7 +125,7 @@ DelayModel::Point DelayModel::at(const Eigen::VectorXd& value, bool with_derivat
     point.gradient = Eigen::VectorXd::Zero(value.size());
     point.mismatch = Eigen::VectorXd::Zero(value.size());
   }
-  const double per_mps = std::exp(value[kLogDelay]) / problem_.baseline_m.mean;
+  const double per_mps = std::exp(value[kLogDelay]) / problem_.pose.baseline_m.mean;
   std::vector<Term> terms;
   for (const DelayRows::Row& row : rows_.rows) {
     const auto [local, by_log_delay, gain, light, slope] = light_of(row, value);
@@ -147,7 +147,7 @@ DelayModel::Point DelayModel::at(const Eigen::VectorXd& value, bool with_derivat
     for (const Term& one : terms) {
       const double scaled = one.slope / (row.sigma * row.sigma);
       point.gradient[one.parameter] += scaled * residual * row.sigma;
-      point.mismatch[one.parameter] += scaled * light * row.angle;
+      point.mismatch[one.parameter] += scaled * light * row.mismatch;
       for (const Term& other : terms)
         point.information(one.parameter, other.parameter) += scaled * other.slope;
     }
@@ -172,7 +172,7 @@ void DelayModel::add_priors(Point& point, bool with_derivatives) const {
   for (int k = 0; k < curve_.size(); ++k)
     add(kDelayParameters + k, value[kDelayParameters + k], kCoefficientStd);
 
-  const double speed_mps = problem_.baseline_m.mean * std::exp(-value[kLogDelay]);
+  const double speed_mps = problem_.pose.baseline_m.mean * std::exp(-value[kLogDelay]);
   const double residual = value[kAlpha] * speed_mps / kAccelerationStd_mps2;
   point.cost += 0.5 * residual * residual;
   if (!with_derivatives) return;

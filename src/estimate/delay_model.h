@@ -27,8 +27,7 @@ struct DelayRows {
   struct Row {
     double tau_s, power, sigma, root;  ///< root: of the relative power above ambient
     bool far;
-    /// Off the road, in those at which gains are compared; of the far ones.
-    double angle = 0.0;
+    double mismatch = 0.0;  ///< sigma of how unlike the near one's light a far row's is
   };
   std::vector<Row> rows;  ///< each side's in order of time, near first
   double unit_w = 1.0;
@@ -51,7 +50,7 @@ class DelayModel {
     double cost = 0.0;      ///< half the sum of squares
     Eigen::MatrixXd information;
     Eigen::VectorXd gradient;
-    Eigen::VectorXd mismatch;  ///< change of the gradient by a far gain that grows with the angle
+    Eigen::VectorXd mismatch;  ///< change of the gradient by light as unlike as the rows say
     bool converged = false;    ///< as minimise() leaves it
   };
   Point at(const Eigen::VectorXd& value, bool with_derivatives) const;

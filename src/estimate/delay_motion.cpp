@@ -65,7 +65,7 @@ AccelerationPrior acceleration_prior(const DelayModel& model, const DelayMotion&
 }
 
 // How far it wanders is weighed by the evidence.
-bool let_wander(const DelayModel& model, double between_s, double ratio_std, DelayMotion& found) {
+bool let_wander(const DelayModel& model, double between_s, DelayMotion& found) {
   constexpr int kMostRounds = 20, kHalvings = 4;
   constexpr double kSlack = 0.5, kEnough = 0.1;  // of half a chi-square
   const Eigen::Index steps = found.value.size() - model.first_step();
@@ -78,7 +78,7 @@ bool let_wander(const DelayModel& model, double between_s, double ratio_std, Del
     if (!mixed) return false;
     found.known = reduced->kept;
     found.covariance = mixed->covariance;
-    found.mismatch = ratio_std * found.covariance * reduced->mismatch;
+    found.mismatch = found.covariance * reduced->mismatch;
     found.acceleration_variance = mixed->acceleration_variance;
     // The way is that of a tangent: where it leads astray it is cut short.
     const auto cost = [&](Eigen::VectorXd& value) {
@@ -119,15 +119,14 @@ std::vector<double> delay_steps_s(const DelayRows& rows) {
   return steps_s;
 }
 
-std::optional<DelayMotion> find_delay_motion(const DelayProblem& problem, const DelayModel& model,
-                                             const DelayRows& rows, std::span<const double> steps_s,
+std::optional<DelayMotion> find_delay_motion(const DelayModel& model, const DelayRows& rows,
+                                             std::span<const double> steps_s,
                                              const Eigen::VectorXd& constant) {
   DelayMotion found;
   found.value = model.start(1.0);
   found.value.head(model.first_step()) = constant;
   found.noise_factor = noise_factor(rows, model.residuals(found.value));
-  if (!let_wander(model, steps_s[1] - steps_s[0], problem.log_ratio.std, found))
-    return std::nullopt;
+  if (!let_wander(model, steps_s[1] - steps_s[0], found)) return std::nullopt;
   return found;
 }
 

@@ -26,8 +26,8 @@ struct DelayMotion {
 /// Lets the acceleration of a vehicle take the model's steps as far as the evidence of the light
 /// asks for, starting from a fit with a constant one. Nothing where the unknowns are not
 /// determined.
-std::optional<DelayMotion> find_delay_motion(const DelayProblem& problem, const DelayModel& model,
-                                             const DelayRows& rows, std::span<const double> steps_s,
+std::optional<DelayMotion> find_delay_motion(const DelayModel& model, const DelayRows& rows,
+                                             std::span<const double> steps_s,
                                              const Eigen::VectorXd& constant);
 
 }  // namespace vildar

@@ -215,6 +215,22 @@ TEST(Delay, ABrakingThatBeginsBehindTheCamerasViewDoesNotBendTheSpeed) {
   }
 }
 
+// Beside the one lane told, by both sensors' account.
+TEST(Delay, HowSureNoLaneIsStaysAProbability) {
+  Site site = simulated::two_photodiodes(2.0);
+  site.camera = simulated::mast_site(4.0).camera;
+  const simulated::Vehicle vehicle{.lateral_m = -8.0};
+  const Pair pair = pair_of(vehicle, site);
+  Random random(5);
+  const VehicleTrack track = simulated::track_of(vehicle, site, {.to_s = 2.0}, random);
+  const std::array<VehiclePower, 2> power{VehiclePower{&pair.near, false},
+                                          VehiclePower{&pair.far, false}};
+  const VehicleResult result = estimate_vehicle(track, site, power).result;
+  EXPECT_EQ(result.method, Method::fused);
+  EXPECT_GT(result.no_lane_probability, 0.7);
+  EXPECT_LE(result.no_lane_probability, 1.0 + 1e-12);
+}
+
 TEST(Delay, SpeedGoesWithTheBaselineAndItsSigmaWithBoth) {
   const Site site = simulated::two_photodiodes(2.0);
   const Site stretched = simulated::two_photodiodes(4.0, 0.002, 0.04);
@@ -298,7 +314,7 @@ TEST(Delay, WhatItCannotDoIsNamed) {
   higher.photodiodes[1].position_m[2].mean = 4.2;
   EXPECT_EQ(miss(higher), Miss::outside_model);
   Site turned = site;
-  turned.photodiodes[1].yaw_rad = 0.1;
+  turned.photodiodes[1].yaw_rad = 0.2;
   EXPECT_EQ(miss(turned), Miss::outside_model);
   Site curved = site;
   curved.road.kind = RoadKind::curved;

@@ -28,11 +28,13 @@ inline Beam random_beam(double ripple, Random& random) {
 inline double beam_power(const Vehicle& vehicle, const RoadSite& road, const Beam& beam,
                          const Eigen::Vector3d& receiver_m, double t_s) {
   const Lamps lamps = lamps_at(vehicle, road, t_s);
+  const Eigen::Vector3d across_m = lamps.left_m - lamps.right_m;
+  const double heading_rad = std::atan2(-across_m.x(), across_m.y());
   double sum = 0.0;
   for (const Eigen::Vector3d& lamp_m : {lamps.left_m, lamps.right_m}) {
     const Eigen::Vector3d apart_m = lamp_m - receiver_m;
     if (apart_m.x() <= 0.0) continue;
-    const double azimuth_rad = std::atan2(apart_m.y(), apart_m.x());
+    const double azimuth_rad = std::atan2(apart_m.y(), apart_m.x()) - heading_rad;
     const double elevation_rad = std::atan2(-apart_m.z(), std::hypot(apart_m.x(), apart_m.y()));
     double log_intensity = -beam.width * azimuth_rad * azimuth_rad - beam.tilt * elevation_rad;
     for (std::size_t k = 0; k < beam.waves.size(); ++k)

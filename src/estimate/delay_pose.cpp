@@ -1,0 +1,235 @@
+#include "estimate/delay_pose.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+#include "optics/incidence.h"
+#include "optics/road.h"
+
+namespace vildar {
+namespace {
+
+constexpr double kLeastBaseline_m = 0.10;
+constexpr double kLampHeight_m = 0.65;  // where the site tells none
+constexpr double kWidest_rad = 1.4;     // off its axis a photodiode is taken to see
+
+Eigen::Vector3d place_of(const PhotodiodeSite& photodiode) {
+  return {photodiode.position_m[0].mean, photodiode.position_m[1].mean,
+          photodiode.position_m[2].mean};
+}
+
+// The lanes in which a vehicle may come.
+std::vector<Uncertain> lanes_of(const Site& site, const PhotodiodeSite& photodiode) {
+  constexpr double kRoadside_m = 4.0;  // where no lane is given
+  std::vector<Uncertain> oncoming, any;
+  for (const LaneSite& lane : site.road.lanes) {
+    any.push_back(lane.lateral_m);
+    if (lane.direction == Direction::oncoming) oncoming.push_back(lane.lateral_m);
+  }
+  if (!oncoming.empty()) return oncoming;
+  if (!any.empty()) return any;
+  const double lateral_m =
+      road_position(site.road, photodiode.position_m[0].mean, photodiode.position_m[1].mean)
+          .lateral_m;
+  return {{lateral_m - kRoadside_m, 0.0}, {lateral_m + kRoadside_m, 0.0}};
+}
+
+// From a lamp to a photodiode, off the lamp's axis. Of headlamps ln of the light falls with the
+// square of the azimuth and with the angle above the axis, in each by as much as this; ripples and
+// the edges of low beams tell rays apart beside that.
+struct Ray {
+  double azimuth_rad, elevation_rad;
+  double log_received;  // ln of the light of any unit, but for the beam
+
+  static constexpr Uncertain kByAzimuth2{9.0, 4.0}, kByElevation{8.0, 4.0};
+  static constexpr double kRipplePerAzimuth = 2.0, kRipplePerElevation = 4.0;  // nat per radian
+
+  double log_light() const {
+    return log_received - kByAzimuth2.mean * azimuth_rad * azimuth_rad -
+           kByElevation.mean * elevation_rad;
+  }
+  // Sigma of how unlike the light of two rays is.
+  double doubt(const Ray& other) const {
+    const double azimuth2 = azimuth_rad * azimuth_rad - other.azimuth_rad * other.azimuth_rad;
+    const double elevation_rad_off = elevation_rad - other.elevation_rad;
+    return std::hypot(std::hypot(kByAzimuth2.std * azimuth2, kByElevation.std * elevation_rad_off),
+                      kRipplePerAzimuth * (azimuth_rad - other.azimuth_rad),
+                      kRipplePerElevation * elevation_rad_off);
+  }
+};
+
+// One of the ways in which lamps may pass: a lane of a road.
+struct Passing {
+  double bend = 0.0, straight_m = 0.0, radius_m = INFINITY, lateral_m = 0.0, height_m = 0.0;
+
+  // How far along this lane it is to where `photodiode` stands beside it.
+  double along_m(const RoadSite& road, const PhotodiodeSite& photodiode) const {
+    const RoadPosition beside =
+        road_position(road, photodiode.position_m[0].mean, photodiode.position_m[1].mean);
+    if (bend == 0.0 || beside.along_m <= straight_m) return beside.along_m;
+    return straight_m + (beside.along_m - straight_m) * (radius_m - bend * lateral_m) /
+                            (radius_m - bend * beside.lateral_m);
+  }
+
+  // A lamp `along_m` along the lane; nothing where it is out of view.
+  std::optional<Ray> ray(const PhotodiodeSite& photodiode, double along_m) const {
+    const PathPoint<double> lamp = path_point(along_m, lateral_m, bend, straight_m, radius_m);
+    const Eigen::Vector3d apart_m =
+        Eigen::Vector3d(lamp.x_m, lamp.y_m, height_m) - place_of(photodiode);
+    const double distance_m = apart_m.norm();
+    const double incidence_cos = apart_m.dot(axis_of(photodiode)) / distance_m;
+    const double rim_rad = std::min(photodiode.half_field_of_view_rad, kWidest_rad);
+    if (incidence_cos < std::cos(rim_rad)) return std::nullopt;
+    return Ray{std::remainder(std::atan2(apart_m.y(), apart_m.x()) - lamp.heading_rad, 2.0 * kPi),
+               std::atan2(-apart_m.z(), std::hypot(apart_m.x(), apart_m.y())),
+               std::log(incidence_cos) - 2.0 * std::log(distance_m)};
+  }
+};
+
+struct Range {
+  double least = INFINITY, most = -INFINITY;
+
+  void add(double value) {
+    least = std::min(least, value);
+    most = std::max(most, value);
+  }
+  bool empty() const { return least > most; }
+  double middle() const { return 0.5 * (least + most); }
+  double std() const { return (most - least) / std::sqrt(12.0); }
+};
+
+std::vector<RoadSite> roads_of(const RoadSite& road) {
+  std::vector<RoadSite> found{road};
+  if (road.kind == RoadKind::straight) return found;
+  for (const double sigmas : {-1.0, 1.0}) {
+    const double radius_m = road.radius_m->mean + sigmas * road.radius_m->std;
+    if (road.radius_m->std == 0.0 || !(radius_m > 0.0)) continue;
+    found.push_back(road);
+    found.back().radius_m->mean = radius_m;
+  }
+  return found;
+}
+
+// Whether the bend has begun where the photodiode stands: where it begins ahead of two, it does so
+// at another distance from each.
+bool bends_past(const RoadSite& road, const PhotodiodeSite& photodiode) {
+  constexpr double kSlack_m = 0.5;
+  return road.radius_m && photodiode.position_m[0].mean > road.straight_m - kSlack_m;
+}
+
+struct Way {
+  Passing passing;
+  double near_m, far_m;  // along it, to where the photodiodes stand beside it
+
+  Way(const Passing& by, double near_along_m, double far_along_m)
+      : passing(by), near_m(near_along_m), far_m(far_along_m) {}
+};
+
+// Empty where the two are alike, nothing where they are too unlike.
+std::optional<std::vector<UnlikeLight>> unlike_lights(std::span<const Way> ways,
+                                                      const PhotodiodeSite& near,
+                                                      const PhotodiodeSite& far,
+                                                      double perpendicular_m) {
+  constexpr std::size_t kDistances = 32;
+  constexpr double kFrom = 0.6;  // of the perpendicular distance: 59 degrees off the road
+  constexpr double kTo_m = 150.0, kLeastFrom_m = 0.3;
+  constexpr double kFaintestLn = -4.6;  // a hundredth of the most: less is no part of a pass
+  constexpr double kMostUnlike = 0.15, kMostDoubt = 0.10, kOwnDoubt = 0.25;
+  constexpr double kAheadLn = 0.2;  // how well it is known how far ahead a vehicle is
+  constexpr double kNothing = 1e-6;
+  std::vector<double> ahead_m{std::max(kLeastFrom_m, kFrom * perpendicular_m)};
+  const double step = std::pow(kTo_m / ahead_m.front(), 1.0 / (kDistances - 1));
+  while (ahead_m.size() < kDistances) ahead_m.push_back(step * ahead_m.back());
+  std::vector<Range> ratios(ahead_m.size());
+  std::vector<double> doubts(ahead_m.size(), 0.0);
+  for (const Way& way : ways) {
+    std::vector<std::pair<std::size_t, std::array<Ray, 2>>> seen;
+    double brightest = -INFINITY;
+    for (std::size_t i = 0; i < ahead_m.size(); ++i) {
+      const auto to_near = way.passing.ray(near, way.near_m + ahead_m[i]);
+      const auto to_far = way.passing.ray(far, way.far_m + ahead_m[i]);
+      if (!to_near || !to_far) continue;
+      seen.push_back({i, {*to_near, *to_far}});
+      brightest = std::max(brightest, to_near->log_light());
+    }
+    for (const auto& [i, rays] : seen) {
+      if (rays[0].log_light() < brightest + kFaintestLn) continue;
+      ratios[i].add(rays[1].log_light() - rays[0].log_light());
+      doubts[i] = std::max(doubts[i], rays[0].doubt(rays[1]));
+    }
+  }
+  std::vector<UnlikeLight> found;
+  for (std::size_t i = 0; i < ahead_m.size(); ++i)
+    if (!ratios[i].empty())
+      found.push_back({ahead_m[i], ratios[i].middle(),
+                       std::hypot(ratios[i].std(), kOwnDoubt * ratios[i].middle(), doubts[i])});
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const UnlikeLight& before = found[i == 0 ? 0 : i - 1];
+    const UnlikeLight& after = found[std::min(i + 1, found.size() - 1)];
+    if (&before != &after)
+      found[i].doubt = std::hypot(found[i].doubt, kAheadLn * (after.log_ratio - before.log_ratio) /
+                                                      std::log(after.ahead_m / before.ahead_m));
+    if (!(std::abs(found[i].log_ratio) < kMostUnlike) || !(found[i].doubt < kMostDoubt))
+      return std::nullopt;
+  }
+  if (std::ranges::all_of(found, [](const UnlikeLight& one) {
+        return std::abs(one.log_ratio) < kNothing && one.doubt < kNothing;
+      }))
+    found.clear();
+  return found;
+}
+
+}  // namespace
+
+Outcome<PairPose> pair_pose(const Site& site, const PhotodiodeSite& near,
+                            const PhotodiodeSite& far) {
+  if (site.road.kind == RoadKind::curved && !bends_past(site.road, near))
+    return Miss::outside_model;
+  const double height_m = site.lamps.height_m ? site.lamps.height_m->mean : kLampHeight_m;
+  const double far_lateral_m =
+      road_position(site.road, far.position_m[0].mean, far.position_m[1].mean).lateral_m;
+  PairPose pose;
+  Range baseline_m;
+  double lane_std_m = 0.0;  // what the place within its lane does to the way
+  std::vector<Way> ways;
+  for (const RoadSite& road : roads_of(site.road))
+    for (const Uncertain& lane : lanes_of(site, far)) {
+      const double radius_m = road.radius_m ? road.radius_m->mean : INFINITY;
+      const Passing passing{bend_of(road), road.straight_m, radius_m, lane.mean, height_m};
+      if (!(radius_m - passing.bend * lane.mean > 0.0)) return Miss::outside_model;
+      const Way& way =
+          ways.emplace_back(passing, passing.along_m(road, near), passing.along_m(road, far));
+      baseline_m.add(way.far_m - way.near_m);
+      if (passing.bend != 0.0)
+        lane_std_m = std::max(lane_std_m, std::abs(way.far_m - way.near_m) * lane.std / radius_m);
+      pose.perpendicular_m =
+          std::max(pose.perpendicular_m,
+                   std::hypot(lane.mean - far_lateral_m, far.position_m[2].mean - height_m));
+    }
+  pose.baseline_m = {baseline_m.middle(),
+                     std::hypot(std::hypot(near.position_m[0].std, far.position_m[0].std),
+                                lane_std_m, baseline_m.std())};
+  if (pose.baseline_m.mean < kLeastBaseline_m) return Miss::no_scale;
+  auto unlike = unlike_lights(ways, near, far, pose.perpendicular_m);
+  if (!unlike) return Miss::outside_model;
+  pose.unlike = std::move(*unlike);
+  return pose;
+}
+
+UnlikeLight unlike_at(std::span<const UnlikeLight> unlike, double ahead_m) {
+  if (unlike.empty()) return {ahead_m, 0.0, 0.0};
+  const auto above = std::ranges::lower_bound(unlike, ahead_m, {}, &UnlikeLight::ahead_m);
+  if (above == unlike.begin()) return unlike.front();
+  if (above == unlike.end()) return unlike.back();
+  const UnlikeLight& one = *std::prev(above);
+  const double share = (ahead_m - one.ahead_m) / (above->ahead_m - one.ahead_m);
+  return {ahead_m, std::lerp(one.log_ratio, above->log_ratio, share),
+          std::lerp(one.doubt, above->doubt, share)};
+}
+
+}  // namespace vildar
