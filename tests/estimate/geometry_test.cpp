@@ -65,6 +65,53 @@ TEST(Geometry, SpeedScalesWithTheMetricPriors) {
   EXPECT_NEAR(stretched.speed.speed_mps / speed_mps, kFactor, 1e-5);
 }
 
+// Of a level camera at a known height range goes as the focal length, and lengths across do not.
+TEST(Geometry, AFocalLengthIsAsSureAsTheSiteSays) {
+  constexpr double kShare = 0.02;
+  Site site = mast_site(4.0);
+  site.camera->pitch_rad.mean = 0.0;
+  site.lamps.height_m->std = 0.001;
+  const VehicleResult known = result_of(kTypical, site, {});
+  site.camera->focal_std_px = kShare * 1400.0;
+  const VehicleResult unsure = result_of(kTypical, site, {});
+  ASSERT_FALSE(known.withheld);
+  ASSERT_FALSE(unsure.withheld);
+  const auto relative = [](const VehicleResult& result) {
+    return result.speed.std_mps / result.speed.speed_mps;
+  };
+  EXPECT_NEAR(relative(unsure), std::hypot(relative(known), kShare), 5e-4);
+}
+
+TEST(Geometry, IntervalsHoldWhereTheFocalLengthIsUnsure) {
+  constexpr int kTrials = 400, kLeast = 365, kMost = 392,
+                kMostWithheld = 4;  // 95 % less or more three sigmas
+  constexpr double kShare = 0.02;
+  Random random(23);
+  int inside = 0, withheld = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    Site site = mast_site(4.0);
+    site.camera->focal_std_px = kShare * 1400.0;
+    Site truth = site;
+    for (double& focal_px : truth.camera->focal_px) focal_px *= 1.0 + kShare * random.normal();
+    const Vehicle vehicle{.speed_mps = random.uniform(12.0, 25.0),
+                          .acceleration_mps2 = random.normal(0.0, 0.5),
+                          .lateral_m = random.normal(-4.0, 0.3),
+                          .height_m = random.normal(0.65, 0.1),
+                          .separation_m = random.normal(1.2, 0.15)};
+    const VehicleTrack track = track_of(vehicle, truth, {}, random);
+    const VehicleResult result = estimate_vehicle(track, site, {}).result;
+    if (result.withheld) {  // what lies far from all that is known
+      ++withheld;
+      continue;
+    }
+    const double true_mps = vehicle.speed_at_mps(result.speed.time_s);
+    inside += result.speed.lo95_mps < true_mps && true_mps < result.speed.hi95_mps;
+  }
+  EXPECT_LE(withheld, kMostWithheld);
+  EXPECT_GE(inside, kLeast);
+  EXPECT_LE(inside, kMost);
+}
+
 TEST(Geometry, WorksInALaneRightAheadOfTheCamera) {
   Site site = mast_site(4.0);
   site.road.lanes[0].lateral_m = {0.0, 0.3};
