@@ -130,13 +130,13 @@ OfferedPower offer_power(std::span<const LitVehicle> lit, std::size_t own, const
     VehiclePower power{&trace, true};
     auto in_time = alone_on_trace(trace, offset_s, vehicle.in_view, others);
     const auto known = alone_on_trace(trace, offset_s, vehicle.in_view, unknown);
-    if (ways.size() > 1 && known) {
+    if (!ways.empty() && known) {
       auto outcome = own_light(*known, site, ways, 0, vehicle.in_view.from_s - kBefore_s,
                                std::min(vehicle.in_view.to_s + kAfter_s, vehicle.past_s + kPast_s));
       const Miss* miss = std::get_if<Miss>(&outcome);
       const bool unexplained = miss && *miss == Miss::bad_fit;
       offered.unexplained = offered.unexplained || unexplained;
-      if (!miss || unexplained) {
+      if (unexplained || (!miss && ways.size() > 1)) {
         offered.own_light.push_back(miss ? PowerTrace{} : std::get<PowerTrace>(std::move(outcome)));
         power.own_light = &offered.own_light.back();
       }

@@ -1,6 +1,7 @@
 #include "config/site_camera.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "config/site_words.h"
 #include "core/quantity.h"
@@ -128,8 +129,14 @@ CameraSite read_camera(const YamlMap& map) {
   if (map.require("position_m", camera.position_m) && !(camera.position_m[2].mean > 0.0))
     map.problem("position_m", "z is " + number_text(camera.position_m[2].mean),
                 "must be > 0: z is the height above the road surface");
-  // An angle left out is unknown, not zero: a level camera looking up-road, give or take this much.
-  camera.yaw_rad = camera.pitch_rad = {0.0, radians_from_degrees(5.0)};
+  // An angle left out is unknown, not zero: a camera looking up-road, give or take this much; a
+  // level one, but on a mast at the road 40 m ahead.
+  constexpr double kMast_m = 2.5, kLooksAt_m = 40.0;
+  const double height_m = camera.position_m[2].mean;
+  camera.yaw_rad = {0.0, radians_from_degrees(5.0)};
+  camera.pitch_rad = height_m < kMast_m
+                         ? Uncertain{0.0, radians_from_degrees(5.0)}
+                         : Uncertain{-std::atan(height_m / kLooksAt_m), radians_from_degrees(4.0)};
   camera.roll_rad = {0.0, radians_from_degrees(2.0)};
   map.read_degrees("yaw_deg", camera.yaw_rad);
   map.read_degrees("pitch_deg", camera.pitch_rad, kPitch_deg);

@@ -1,5 +1,6 @@
 #include "estimate/contradictions.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/quantity.h"
@@ -35,6 +36,12 @@ void check_sensors(std::span<const Trajectory> trajectories, VehicleResult& resu
   constexpr double kSurer =
       2.0;  // of sigmas: the camera is trusted over a method so much less sure
   const bool reconciled = result.method == Method::fused;
+  // Light that no beam explains on the way that the bearings tell is no light of this vehicle
+  // alone: nothing is trusted that rests on its law.
+  const bool denied = std::ranges::any_of(result.methods, [](const MethodResult& row) {
+    const Miss* miss = std::get_if<Miss>(&row.speed);
+    return row.method == Method::fused && miss && *miss == Miss::bad_fit;
+  });
   for (const MethodResult& row : result.methods) {
     const auto* speed = std::get_if<SpeedEstimate>(&row.speed);
     if (!speed || !of_photodiode(row.method)) continue;
@@ -44,7 +51,7 @@ void check_sensors(std::span<const Trajectory> trajectories, VehicleResult& resu
                               ") and " + std::string(name_of(result.method)) + " (" +
                               kmh_text(camera) +
                               ") disagree beyond their intervals; check the channel and the lamps");
-    if (!reconciled && speed->std_mps < kSurer * camera.std_mps)
+    if (!reconciled && !denied && speed->std_mps < kSurer * camera.std_mps)
       result.withheld = Miss::sensors_contradict;
   }
 }

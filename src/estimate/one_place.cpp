@@ -126,20 +126,27 @@ std::optional<Eigen::Vector2d> bearing_rad(const TrackRow& row) {
 Together seen_together(const VehicleEstimate& upper, const VehicleEstimate& carrier) {
   constexpr double kBeside_m = 1.2, kLeastDown_rad = 1e-3;
   Together seen;
+  // Where it stands, or is not measured, the carrier is about where it next is.
+  std::vector<double> before_rad;
+  double in_line = 0.0, looks = 0.0;
   look_at_both(upper, carrier, [&](const TrackRow& a, const TrackRow& b) {
     const auto above_rad = bearing_rad(a), carrier_rad = b.bearing_rad;
-    if (!above_rad || !carrier_rad || !b.range_m) return;
+    if (!above_rad || !carrier_rad) return;
+    before_rad.push_back(above_rad->x() - carrier_rad->x());
+    if (!b.range_m) return;
+    for (const double off_rad : before_rad) in_line += std::abs(*b.range_m * off_rad) < kBeside_m;
+    looks += static_cast<double>(before_rad.size());
+    before_rad.clear();
     const double upper_down = -above_rad->y(), carrier_down = -carrier_rad->y();
     if (upper_down < kLeastDown_rad || carrier_down < kLeastDown_rad) return;
     const double off_rad = above_rad->x() - carrier_rad->x();
-    seen.in_line += std::abs(*b.range_m * off_rad) < kBeside_m;
     seen.mean_off_m += *b.range_m * off_rad;
     seen.brighter.push_back(brighter(a, b));
     seen.carrier_m.push_back(*b.range_m);
     seen.upper_m.push_back(*b.range_m * std::tan(carrier_down) / std::tan(upper_down));
   });
   const auto count = static_cast<double>(std::max<std::size_t>(1, seen.carrier_m.size()));
-  seen.in_line /= count;
+  seen.in_line = in_line / std::max(1.0, looks);
   seen.mean_off_m /= count;
   return seen;
 }

@@ -210,7 +210,14 @@ TEST(SiteFile, AnAngleOfTheCameraLeftOutIsUnknownAndNotZero) {
   const std::string angles = "  yaw_deg: 0.0\n  pitch_deg: -4.0\n  roll_deg: 0.0\n";
   const Site site = load_site(folder.write("site.yaml", with(kContractSite, angles, "")));
   EXPECT_EQ(site.camera->yaw_rad, (Uncertain{0.0, 5.0 * kDegree}));
-  EXPECT_EQ(site.camera->pitch_rad, (Uncertain{0.0, 5.0 * kDegree}));
+  // A mast's looks at the road ahead, a dashcam is level.
+  EXPECT_DOUBLE_EQ(site.camera->pitch_rad.mean, -std::atan(site.camera->position_m[2].mean / 40.0));
+  EXPECT_DOUBLE_EQ(site.camera->pitch_rad.std, 4.0 * kDegree);
+  std::string low = with(kContractSite, angles, "");
+  const std::size_t at = low.find("position_m: [");
+  low.replace(at, low.find(']', at) - at, "position_m: [0, 0, 1.3");
+  EXPECT_EQ(load_site(folder.write("low.yaml", low)).camera->pitch_rad,
+            (Uncertain{0.0, 5.0 * kDegree}));
   EXPECT_EQ(site.camera->roll_rad, (Uncertain{0.0, 2.0 * kDegree}));
 }
 

@@ -1,0 +1,76 @@
+#include "estimate/off_road.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/clock.h"
+#include "estimate/lane_choice.h"
+
+namespace vildar {
+namespace {
+
+// How far outside of the centre of the road's outermost lane, in widths of that; negative within.
+double beside_outermost_lane(const Trajectory& trajectory, const Site& site) {
+  const double at_m = trajectory.lateral_m();
+  const auto centre_m = [](const LaneSite& lane) { return lane.lateral_m.mean; };
+  const LaneSite& rightmost = std::ranges::min(site.road.lanes, {}, centre_m);
+  const LaneSite& leftmost = std::ranges::max(site.road.lanes, {}, centre_m);
+  const double right_m = centre_m(rightmost) - at_m, left_m = at_m - centre_m(leftmost);
+  const LaneSite& outermost = right_m > left_m ? rightmost : leftmost;
+  return std::max(right_m, left_m) / outermost.width_m;
+}
+
+// Whether lights beside the road's outermost lane, where no further lane can be, would drive in a
+// lane of their direction if they were marker lamps on a roof. Between lanes one changes or
+// overtakes.
+bool may_ride_on_a_roof(const Trajectory& trajectory, const Site& site, Direction direction) {
+  constexpr double kLowest_m = 2.5, kHighest_m = 4.0, kLeastDrop_m = 0.3, kSigmas = 2.5;
+  constexpr double kInLane = 0.35, kNextLane = 0.75;  // of a lane's width, from its centre
+  const double beside = beside_outermost_lane(trajectory, site);
+  if (beside < kInLane || beside > kNextLane) return false;
+  const auto& position_m = site.camera->position_m;
+  const double drop_m =
+      std::exp(trajectory.fit.parameters[kLogScale]) * trajectory.fit.parameters[kDrop];
+  const double low_drop_m = std::max(position_m[2].mean - kHighest_m, kLeastDrop_m);
+  const double high_drop_m = position_m[2].mean - kLowest_m;
+  if (!(low_drop_m < high_drop_m && high_drop_m < drop_m)) return false;
+  const double aside_m = trajectory.lateral_m() - position_m[1].mean;
+  const double low_m = aside_m * low_drop_m / drop_m, high_m = aside_m * high_drop_m / drop_m;
+  return std::ranges::any_of(site.road.lanes, [&](const LaneSite& lane) {
+    const Uncertain lane_m = lane_prior_m(lane);
+    const double lane_aside_m = lane_m.mean - position_m[1].mean, slack_m = kSigmas * lane_m.std;
+    return lane.direction == direction && lane_aside_m + slack_m > std::min(low_m, high_m) &&
+           lane_aside_m - slack_m < std::max(low_m, high_m);
+  });
+}
+
+// Whether the rest of its track does not go with what was measured: the road may be no plane.
+bool of_a_part(const Trajectory& one, const VehicleTrack& track) {
+  constexpr double kMost = 0.8;  // of the track's time
+  const double seen_s =
+      seconds_of(track.sightings.back().time) - seconds_of(track.sightings.front().time);
+  return one.to_s - one.from_s < kMost * seen_s;
+}
+
+}  // namespace
+
+bool in_no_lane(const VehicleTrack& track, const Site& site,
+                std::span<const Trajectory> trajectories) {
+  constexpr double kLikelier = 0.5, kEdge = 0.5, kBesideNextLane = 0.75;
+  if (std::ranges::none_of(site.road.lanes,
+                           [&](const LaneSite& lane) { return lane.direction == track.direction; }))
+    return false;
+  const auto is_elsewhere = [&](const Trajectory& one) {
+    const double beside = beside_outermost_lane(one, site);
+    if (track.single_lamp) return one.lane.empty() || beside > kEdge;
+    if (!one.lane.empty()) return false;
+    return (beside > kBesideNextLane && of_a_part(one, track)) ||
+           may_ride_on_a_roof(one, site, track.direction);
+  };
+  double in_none = 0.0;
+  for (const Trajectory& one : trajectories)
+    if (is_elsewhere(one)) in_none += one.weight;
+  return in_none > kLikelier;
+}
+
+}  // namespace vildar
