@@ -23,9 +23,15 @@ Eigen::Vector3d place_of(const PhotodiodeSite& photodiode) {
           photodiode.position_m[2].mean};
 }
 
+constexpr double kRoadside_m = 4.0;  // from a photodiode to the lane, where none is given
+
+double lateral_of(const PhotodiodeSite& photodiode, const RoadSite& road) {
+  return road_position(road, photodiode.position_m[0].mean, photodiode.position_m[1].mean)
+      .lateral_m;
+}
+
 // The lanes in which a vehicle may come.
 std::vector<Uncertain> lanes_of(const Site& site, const PhotodiodeSite& photodiode) {
-  constexpr double kRoadside_m = 4.0;  // where no lane is given
   std::vector<Uncertain> oncoming, any;
   for (const LaneSite& lane : site.road.lanes) {
     any.push_back(lane.lateral_m);
@@ -33,10 +39,17 @@ std::vector<Uncertain> lanes_of(const Site& site, const PhotodiodeSite& photodio
   }
   if (!oncoming.empty()) return oncoming;
   if (!any.empty()) return any;
-  const double lateral_m =
-      road_position(site.road, photodiode.position_m[0].mean, photodiode.position_m[1].mean)
-          .lateral_m;
+  const double lateral_m = lateral_of(photodiode, site.road);
   return {{lateral_m - kRoadside_m, 0.0}, {lateral_m + kRoadside_m, 0.0}};
+}
+
+// From the path of the lamps of the farthest lane: of several any may be the vehicle's.
+double perpendicular_m(const Site& site, const PhotodiodeSite& photodiode, double height_m) {
+  const double lateral_m = lateral_of(photodiode, site.road);
+  double aside_m = site.road.lanes.empty() ? kRoadside_m : 0.0;
+  for (const LaneSite& lane : site.road.lanes)
+    aside_m = std::max(aside_m, std::abs(lane.lateral_m.mean - lateral_m));
+  return std::hypot(aside_m, photodiode.position_m[2].mean - height_m);
 }
 
 // From a lamp to a photodiode, off the lamp's axis. Of headlamps ln of the light falls with the
@@ -191,9 +204,8 @@ Outcome<PairPose> pair_pose(const Site& site, const PhotodiodeSite& near,
   if (site.road.kind == RoadKind::curved && !bends_past(site.road, near))
     return Miss::outside_model;
   const double height_m = site.lamps.height_m ? site.lamps.height_m->mean : kLampHeight_m;
-  const double far_lateral_m =
-      road_position(site.road, far.position_m[0].mean, far.position_m[1].mean).lateral_m;
   PairPose pose;
+  pose.perpendicular_m = perpendicular_m(site, far, height_m);
   Range baseline_m;
   double lane_std_m = 0.0;  // what the place within its lane does to the way
   std::vector<Way> ways;
@@ -207,9 +219,6 @@ Outcome<PairPose> pair_pose(const Site& site, const PhotodiodeSite& near,
       baseline_m.add(way.far_m - way.near_m);
       if (passing.bend != 0.0)
         lane_std_m = std::max(lane_std_m, std::abs(way.far_m - way.near_m) * lane.std / radius_m);
-      pose.perpendicular_m =
-          std::max(pose.perpendicular_m,
-                   std::hypot(lane.mean - far_lateral_m, far.position_m[2].mean - height_m));
     }
   pose.baseline_m = {baseline_m.middle(),
                      std::hypot(std::hypot(near.position_m[0].std, far.position_m[0].std),

@@ -96,6 +96,8 @@ TEST(LoneTracks, WaitsAsLongAsItMayBeFoundOrIsFollowed) {
   };
   lamps.push_back(std::make_unique<Lamp>(made.road.lamp(60, 100, -4.0)));
   lamps.push_back(std::make_unique<Lamp>(made.road.lamp(60, 100, -7.5)));
+  lamps[0]->id = 1;
+  lamps[1]->id = 2;
   EXPECT_EQ(done_at(30 + 80), 0U);
   EXPECT_EQ(done_at(30 + 100), 0U);
   EXPECT_EQ(done_at(30 + 200), 0U);
