@@ -11,11 +11,34 @@
 
 namespace vildar {
 
+namespace {
+
+// How many passes a lack of samples, as of a clipped peak, parts from the one before.
+std::size_t parted_by_gaps(const PowerTrace& trace, std::span<const PowerPass> passes) {
+  constexpr double kGap_s = 0.05;
+  std::size_t parted = 0;
+  for (std::size_t i = 1; i < passes.size(); ++i) {
+    const auto first = std::ranges::lower_bound(trace.time_s, passes[i - 1].peak_s);
+    const auto last = std::ranges::upper_bound(trace.time_s, passes[i].peak_s);
+    parted += std::adjacent_find(first, last, [](double one_s, double next_s) {
+                return next_s - one_s > kGap_s;
+              }) != last;
+  }
+  return parted;
+}
+
+}  // namespace
+
 std::vector<PowerPass> passes_of(std::span<const PowerTrace> traces) {
   std::vector<PowerPass> most;
+  std::size_t most_whole = 0, fewest_parted = 0;
   for (const PowerTrace& trace : traces) {
     std::vector<PowerPass> passes = find_passes(trace);
-    if (passes.size() > most.size()) most = std::move(passes);
+    const std::size_t parted = parted_by_gaps(trace, passes), whole = passes.size() - parted;
+    if (whole < most_whole || (whole == most_whole && parted >= fewest_parted)) continue;
+    most = std::move(passes);
+    most_whole = whole;
+    fewest_parted = parted;
   }
   return most;
 }

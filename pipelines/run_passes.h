@@ -11,7 +11,8 @@
 namespace vildar {
 
 /// Every pass in the trace that shows most of them: a dim or dead photodiode shows fewer than its
-/// neighbours. Photodiode clock.
+/// neighbours. What a lack of samples parts, as where a photodiode clips, counts as one. Photodiode
+/// clock.
 std::vector<PowerPass> passes_of(std::span<const PowerTrace> traces);
 
 /// Each of them measured by light alone, numbered from 1.

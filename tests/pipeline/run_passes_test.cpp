@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <initializer_list>
+#include <span>
 #include <vector>
 
 #include "core/random.h"
@@ -19,8 +20,8 @@ Site site_of_one_photodiode() {
   return site;
 }
 
-// Vehicles that drive by at these times, each 5 m beside the photodiode.
-PowerTrace trace_of(std::initializer_list<double> peaks_s) {
+// Vehicles that drive by at these times, each so far beside the photodiode.
+PowerTrace trace_of(std::initializer_list<double> peaks_s, double aside_m = 5.0) {
   PowerTrace trace;
   trace.photodiode = 0;
   trace.sample_period_s = 1e-3;
@@ -31,7 +32,7 @@ PowerTrace trace_of(std::initializer_list<double> peaks_s) {
     double power_w = random.normal(0.0, trace.noise_sigma_w);
     for (const double peak_s : peaks_s) {
       const double before_m = kSpeed_mps * (peak_s - time_s);
-      if (before_m > 0.0) power_w += 5e-5 / (before_m * before_m + 25.0);
+      if (before_m > 0.0) power_w += 5e-5 / (before_m * before_m + aside_m * aside_m);
     }
     trace.time_s.push_back(time_s);
     trace.power_w.push_back(static_cast<float>(power_w));
@@ -49,6 +50,27 @@ VehicleResult seen_last() {
   vehicle.speed.speed_mps = kSpeed_mps;
   vehicle.range_ref_m = 50.0;
   return vehicle;
+}
+
+// Left out where it clips, its light falls into two.
+TEST(PassesOf, APeakThatClipsIsNoSecondPass) {
+  std::vector<PowerTrace> traces{trace_of({6.0}, 20.0), trace_of({6.0}, 20.0)};
+  PowerTrace& clipped = traces[0];
+  traces[1].photodiode = 1;
+  PowerTrace kept = clipped;
+  kept.time_s.clear();
+  kept.power_w.clear();
+  for (std::size_t i = 0; i < clipped.time_s.size(); ++i) {
+    const double to_go_s = 6.0 - clipped.time_s[i];
+    if (to_go_s > 0.2 && to_go_s < 1.3) continue;
+    kept.time_s.push_back(clipped.time_s[i]);
+    kept.power_w.push_back(clipped.power_w[i]);
+  }
+  clipped = kept;
+  ASSERT_EQ(passes_of(std::span(traces).first(1)).size(), 2U);
+  const auto passes = passes_of(traces);
+  ASSERT_EQ(passes.size(), 1U);
+  EXPECT_EQ(passes[0].photodiode, 1);
 }
 
 TEST(UnseenPasses, OneWhoDroveByClaimsNoPassOfLaterOnes) {
