@@ -6,6 +6,7 @@
 #include "config/site_words.h"
 #include "core/quantity.h"
 #include "core/text.h"
+#include "optics/road.h"
 
 namespace vildar {
 namespace {
@@ -129,14 +130,8 @@ CameraSite read_camera(const YamlMap& map) {
   if (map.require("position_m", camera.position_m) && !(camera.position_m[2].mean > 0.0))
     map.problem("position_m", "z is " + number_text(camera.position_m[2].mean),
                 "must be > 0: z is the height above the road surface");
-  // An angle left out is unknown, not zero: a camera looking up-road, give or take this much; a
-  // level one, but on a mast at the road 40 m ahead.
-  constexpr double kMast_m = 2.5, kLooksAt_m = 40.0;
-  const double height_m = camera.position_m[2].mean;
-  camera.yaw_rad = {0.0, radians_from_degrees(5.0)};
-  camera.pitch_rad = height_m < kMast_m
-                         ? Uncertain{0.0, radians_from_degrees(5.0)}
-                         : Uncertain{-std::atan(height_m / kLooksAt_m), radians_from_degrees(4.0)};
+  // An angle left out is unknown, not zero: a level camera looking up-road, give or take this much.
+  camera.yaw_rad = camera.pitch_rad = {0.0, radians_from_degrees(5.0)};
   camera.roll_rad = {0.0, radians_from_degrees(2.0)};
   map.read_degrees("yaw_deg", camera.yaw_rad);
   map.read_degrees("pitch_deg", camera.pitch_rad, kPitch_deg);
@@ -148,6 +143,22 @@ CameraSite read_camera(const YamlMap& map) {
   map.read("gain_db", camera.gain_db);
   map.read("path_loss_exponent", camera.path_loss_exponent, kPositive);
   return camera;
+}
+
+void suppose_aim(const YamlMap& map, const RoadSite& road, CameraSite& camera) {
+  constexpr double kLooksAt_m = 40.0;
+  const auto& [x_m, y_m, z_m] = camera.position_m;
+  if (!map.has("pitch_deg"))
+    camera.pitch_rad = {-std::atan2(z_m.mean, kLooksAt_m), radians_from_degrees(4.0)};
+  if (map.has("yaw_deg") || road.lanes.empty()) return;
+  double lateral_m = 0.0;
+  for (const LaneSite& lane : road.lanes)
+    lateral_m += lane.lateral_m.mean / static_cast<double>(road.lanes.size());
+  const double radius_m = road.radius_m ? road.radius_m->mean : 0.0;
+  const PathPoint<double> there =
+      path_point(x_m.mean + kLooksAt_m, lateral_m, road.radius_m ? bend_of(road) : 0.0,
+                 road.straight_m, radius_m);
+  camera.yaw_rad.mean = std::atan2(there.y_m - y_m.mean, there.x_m - x_m.mean);
 }
 
 }  // namespace vildar

@@ -232,7 +232,8 @@ EgoSite read_ego(const YamlMap& map) {
 Site read_site(const YamlMap& map) {
   Site site;
   site.file = map.file();
-  if (const auto camera = map.map("camera")) site.camera = read_camera(*camera);
+  const auto camera = map.map("camera");
+  if (camera) site.camera = read_camera(*camera);
   site.photodiodes = read_photodiodes(map);
   if (!map.has("camera") && !map.has("photodiodes") && !map.has("photodiode"))
     map.problem("", "has neither a camera nor a photodiode", "add `camera:` or `photodiodes:`");
@@ -241,6 +242,9 @@ Site read_site(const YamlMap& map) {
   if (const auto lamps = map.map("lamps")) site.lamps = read_lamps(*lamps);
   if (const auto channel = map.map("channel")) site.channel = read_channel(*channel);
   if (const auto ego = map.map("ego")) site.ego = read_ego(*ego);
+  const bool stands =
+      !site.ego || (site.ego->trace_path.empty() && site.ego->speed_mps.mean == 0.0);
+  if (camera && stands) suppose_aim(*camera, site.road, *site.camera);
   if (site.channel && !site.channel->beam.empty())
     for (const PhotodiodeSite& diode : site.photodiodes)
       if (!diode.area_m2)

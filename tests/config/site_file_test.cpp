@@ -209,16 +209,29 @@ TEST(SiteFile, AnAngleOfTheCameraLeftOutIsUnknownAndNotZero) {
   const TemporaryFolder folder;
   const std::string angles = "  yaw_deg: 0.0\n  pitch_deg: -4.0\n  roll_deg: 0.0\n";
   const Site site = load_site(folder.write("site.yaml", with(kContractSite, angles, "")));
-  EXPECT_EQ(site.camera->yaw_rad, (Uncertain{0.0, 5.0 * kDegree}));
-  // A mast's looks at the road ahead, a dashcam is level.
-  EXPECT_DOUBLE_EQ(site.camera->pitch_rad.mean, -std::atan(site.camera->position_m[2].mean / 40.0));
+  // One that stands looks at the lanes, at -4 and -7.5 m, 40 m ahead; a dashcam is level.
+  EXPECT_DOUBLE_EQ(site.camera->yaw_rad.mean, std::atan2(-5.75, 40.0));
+  EXPECT_DOUBLE_EQ(site.camera->yaw_rad.std, 5.0 * kDegree);
+  EXPECT_DOUBLE_EQ(site.camera->pitch_rad.mean, -std::atan2(5.0, 40.0));
   EXPECT_DOUBLE_EQ(site.camera->pitch_rad.std, 4.0 * kDegree);
-  std::string low = with(kContractSite, angles, "");
-  const std::size_t at = low.find("position_m: [");
-  low.replace(at, low.find(']', at) - at, "position_m: [0, 0, 1.3");
-  EXPECT_EQ(load_site(folder.write("low.yaml", low)).camera->pitch_rad,
-            (Uncertain{0.0, 5.0 * kDegree}));
   EXPECT_EQ(site.camera->roll_rad, (Uncertain{0.0, 2.0 * kDegree}));
+  const std::string driven =
+      with(with(kContractSite, angles, ""), "speed_mps: 0.0  ", "speed_mps: 15.0 ");
+  const Site dashcam = load_site(folder.write("driven.yaml", driven));
+  EXPECT_EQ(dashcam.camera->yaw_rad, (Uncertain{0.0, 5.0 * kDegree}));
+  EXPECT_EQ(dashcam.camera->pitch_rad, (Uncertain{0.0, 5.0 * kDegree}));
+}
+
+TEST(SiteFile, ACameraNotToldWhereLooksIntoTheBend) {
+  const TemporaryFolder folder;
+  std::string text = with(kContractSite, "  yaw_deg: 0.0\n  pitch_deg: -4.0", "  pitch_deg: -4.0");
+  text = with(text, "kind: straight ", "kind: curved ");
+  const Site site = load_site(folder.write("site.yaml", text));
+  // 40 m of the lanes' own path on a circle about (0, 40), to the left.
+  const double radius_m = 40.0 + 5.75, turned_rad = 40.0 / radius_m;
+  EXPECT_NEAR(site.camera->yaw_rad.mean,
+              std::atan2(40.0 - radius_m * std::cos(turned_rad), radius_m * std::sin(turned_rad)),
+              1e-12);
 }
 
 struct Breach {
