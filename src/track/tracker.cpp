@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "track/aim.h"
 #include "track/association.h"
 #include "track/attitude.h"
 #include "track/drive_attitude.h"
@@ -27,6 +28,7 @@ class Tracker::Impl {
   Impl(const TrackOptions& options, const Site& site)
       : options_(options),
         view_(site),
+        aim_(site),
         pairing_(view_),
         attitude_(view_.focal_px()),
         reach_px_(kReachShare * site.camera->width_px),
@@ -64,6 +66,7 @@ class Tracker::Impl {
 
   TrackOptions options_;
   RoadView view_;
+  Aim aim_;
   Pairing pairing_;
   Attitude attitude_;
   std::optional<DriveAttitude> drive_attitude_;  ///< of a moving sensor, in the other's stead
@@ -103,6 +106,7 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
   follow(spots, frame);
   note_look_alikes(lamps_, spots, vehicles_, view_, frame.frame);
   pairing_.update(lamps_, vehicles_, frame.frame, frame.time);
+  if (const auto aimed = aim_.learn(vehicles_, frame.frame)) view_ = RoadView(*aimed);
   resume_lost(vehicles_, waiting_, frame.frame, waits_since_, view_);
   for (const auto& vehicle : vehicles_) mark_split_records(*vehicle);
   learn_strength();
