@@ -263,9 +263,23 @@ Delay delay_of_pass(const OwnPass& own, const Site& site, const Asked& asked, Me
   return delay;
 }
 
+// In how many lanes another vehicle may have made the light seem to change its speed; one where the
+// camera saw it change as the light says.
+std::size_t lanes_in_doubt(const DelayFit& fit, const Trajectory* trajectory,
+                           const RoadSite& road) {
+  constexpr double kClear_mps2 = 1.0, kAlike_mps2 = 1.0, kSigmas = 2.5;
+  if (!trajectory) return lanes_towards(road);
+  const MotionState seen = trajectory->at(fit.speed.time_s);
+  const bool changes = std::abs(seen.acceleration_mps2) > kClear_mps2;
+  const bool so = std::abs(seen.acceleration_mps2 - fit.acceleration_mps2) < kAlike_mps2 &&
+                  std::abs(seen.over_ground_mps - fit.speed.speed_mps) <
+                      kSigmas * std::hypot(seen.speed_std_mps, fit.speed.std_mps);
+  return changes && so ? 1 : lanes_towards(road);
+}
+
 // By the traces of the time in which it is alone on them.
 Delay delay_alone(const Site& site, std::span<const VehiclePower> power, const Asked& asked,
-                  const VehicleResult& result, MethodResult& row) {
+                  const Trajectory* trajectory, const VehicleResult& result, MethodResult& row) {
   constexpr double kBefore_s = 0.5, kPassing_s = 4.0;
   std::vector<const PowerTrace*> traces;
   for (const VehiclePower& offered : power)
@@ -283,7 +297,7 @@ Delay delay_alone(const Site& site, std::span<const VehiclePower> power, const A
              return pulses_by_its_peak(*trace, site, from_s, to_s);
            }))
     delay.spoilt = Miss::outside_model;
-  else if (of_several(*fit, lanes_towards(site.road), 0.0))
+  else if (of_several(*fit, lanes_in_doubt(*fit, trajectory, site.road), 0.0))
     delay.spoilt = Miss::several_vehicles;
   else if (useful(fit->speed))
     delay.fit = *fit;
@@ -299,7 +313,7 @@ Delay delay_of(const Site& site, std::span<const VehiclePower> power,
   if (trajectory) asked = {trajectory->from_s, trajectory->to_s - kSmear_s};
   MethodResult row;
   Delay delay = own_pass ? delay_of_pass(*own_pass, site, asked, row)
-                         : delay_alone(site, power, asked, result, row);
+                         : delay_alone(site, power, asked, trajectory, result, row);
   row.method = Method::delay_photodiodes;
   if (delay.spoilt) row.speed = *delay.spoilt;
   result.methods.push_back(row);

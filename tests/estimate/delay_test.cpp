@@ -2,6 +2,7 @@
 
 #include "delay_bound.h"
 #include "delay_pair.h"
+#include "estimate/light_checks.h"
 #include "estimate/vehicle.h"
 
 namespace vildar {
@@ -213,6 +214,27 @@ TEST(Delay, ABrakingThatBeginsBehindTheCamerasViewDoesNotBendTheSpeed) {
     const double error_mps = result.speed.speed_mps - vehicle.speed_at_mps(result.speed.time_s);
     EXPECT_LT(std::abs(error_mps), 3.0 * result.speed.std_mps) << change_mps2;
   }
+}
+
+// Of two oncoming lanes the light alone could be of two vehicles.
+TEST(Delay, ABrakingThatTheCameraSawIsOneVehicle) {
+  Site site = simulated::two_photodiodes(2.0);
+  site.road.lanes.push_back({"far", {-7.5, 0.3}, 3.5, Direction::oncoming});
+  const simulated::Vehicle vehicle{.speed_mps = 20.0, .changes = {{1.2, -3.0}}};
+  const Pair pair = pair_of(vehicle, site, {.snr_db = 60.0});
+  const auto alone = pair.speed(site);
+  ASSERT_TRUE(std::holds_alternative<DelayFit>(alone));
+  ASSERT_TRUE(of_several(std::get<DelayFit>(alone), 2, 0.0));
+  site.camera = simulated::mast_site(4.0).camera;
+  Random random(5);
+  const VehicleTrack track = simulated::track_of(vehicle, site, {.to_s = 2.5}, random);
+  const std::array<VehiclePower, 2> power{VehiclePower{&pair.near, false},
+                                          VehiclePower{&pair.far, false}};
+  const VehicleResult result = estimate_vehicle(track, site, power).result;
+  ASSERT_FALSE(result.withheld);
+  EXPECT_EQ(result.method, Method::fused);
+  const double error_mps = result.speed.speed_mps - vehicle.speed_at_mps(result.speed.time_s);
+  EXPECT_LT(std::abs(error_mps), 3.0 * result.speed.std_mps);
 }
 
 // Beside the one lane told, by both sensors' account.
