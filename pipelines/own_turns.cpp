@@ -16,17 +16,21 @@ namespace {
 constexpr double kStep_s = 0.1, kWindow_s = 8.0, kMost_rad = 0.15;
 constexpr double kAside_m = 14.0;  // over its way: more than one turns who changes lanes slowly
 
+struct Arc {
+  double radius_m, speed_mps;
+};
+
 // How far the own vehicle turns from the first to the last quarter of a stretch of its way.
 struct OwnTurn {
   double from_s, to_s, off_rad, heading_rad, way_m;
-  double speed_mps;                // on average
-  std::optional<double> radius_m;  // where it turns most
+  std::optional<Arc> arc;  // where it turns most
 };
 
-// Of the longest part in which it turns at half the sharpest curvature or more, by whole seconds in
-// which it drives: the noise of a yaw rate turns one that stands or creeps. The second in which a
-// turn begins has half its curvature when it is half in it, so the turn goes from middle to middle.
-std::optional<double> radius_of(std::span<const DrivenPose> way) {
+// Of the part that turns it most of those in which it turns at half the sharpest curvature or more,
+// by whole seconds in which it drives: the noise of a yaw rate turns one that stands or creeps. The
+// second in which a turn begins has half its curvature when it is half in it, so the turn goes from
+// middle to middle.
+std::optional<Arc> sharpest_arc(std::span<const DrivenPose> way) {
   constexpr std::size_t kSteps = 10;
   constexpr double kStands_m = 1.0, kCreeps = 0.5;  // of the mean way of a second
   if (way.size() <= kSteps) return std::nullopt;
@@ -44,7 +48,7 @@ std::optional<double> radius_of(std::span<const DrivenPose> way) {
   const auto turns = [&](std::size_t i) {
     return i < curvature_per_m.size() && std::abs(curvature_per_m[i]) > 0.5 * sharpest_per_m;
   };
-  std::optional<double> radius_m;
+  std::optional<Arc> sharpest;
   double most_rad = 0.0;
   for (std::size_t first = 0; first < curvature_per_m.size(); ++first) {
     if (!turns(first)) continue;
@@ -55,11 +59,12 @@ std::optional<double> radius_of(std::span<const DrivenPose> way) {
     const double rad = std::abs(to.heading_rad - from.heading_rad);
     if (rad > most_rad) {
       most_rad = rad;
-      radius_m = (to.way_m - from.way_m) / rad;
+      const double way_m = to.way_m - from.way_m;
+      sharpest = Arc{way_m / rad, way_m / std::max(kStep_s, to.time_s - from.time_s)};
     }
     first = last;
   }
-  return radius_m;
+  return sharpest;
 }
 
 std::optional<OwnTurn> sharpest_turn(const EgoMotion& ego, Uncertain road_curvature_per_m,
@@ -92,9 +97,7 @@ std::optional<OwnTurn> sharpest_turn(const EgoMotion& ego, Uncertain road_curvat
               off_rad,
               heading_rad,
               way_m,
-              (way[first + window - 1].way_m - way[first].way_m) /
-                  (way[first + window - 1].time_s - way[first].time_s),
-              radius_of(std::span(way).subspan(first, window))};
+              sharpest_arc(std::span(way).subspan(first, window))};
   }
   return most;
 }
@@ -107,14 +110,15 @@ std::string advice(const OwnTurn& turn, double road_curvature_per_m) {
     return "check the sign of the yaw rates (positive: to the left) and road.turn";
   if (std::abs(turn.heading_rad) < kMost_rad)
     return "write road.kind: straight where that is the road";
-  if (turn.radius_m && turn.speed_mps * turn.speed_mps > kNobodyTurnsSo_mps2 * *turn.radius_m)
-    return "that is " + fixed_text(*turn.radius_m, 0) + " m of radius at " +
-           fixed_text(turn.speed_mps, 0) +
+  if (turn.arc &&
+      turn.arc->speed_mps * turn.arc->speed_mps > kNobodyTurnsSo_mps2 * turn.arc->radius_m)
+    return "that is " + fixed_text(turn.arc->radius_m, 0) + " m of radius at " +
+           fixed_text(turn.arc->speed_mps, 0) +
            " m/s, sharper than cars are driven: check that yaw rates are in radians per second "
            "(degrees times 0.01745)";
   std::string road =
       std::string("write road.kind: curved, turn: ") + (turn.heading_rad > 0.0 ? "left" : "right");
-  if (turn.radius_m) road += ", radius_m: " + fixed_text(*turn.radius_m, 0);
+  if (turn.arc) road += ", radius_m: " + fixed_text(turn.arc->radius_m, 0);
   return road + " where that is the road, or cut the clip";
 }
 

@@ -15,13 +15,15 @@ namespace {
 
 // How many passes a lack of samples, as of a clipped peak, parts from the one before.
 std::size_t parted_by_gaps(const PowerTrace& trace, std::span<const PowerPass> passes) {
-  constexpr double kGap_s = 0.05;
+  constexpr double kGap_s = 0.05, kAtOnce_s = 0.1;
   std::size_t parted = 0;
   for (std::size_t i = 1; i < passes.size(); ++i) {
+    const double ends_s = passes[i - 1].to_s, begins_s = passes[i].from_s;
     const auto first = std::ranges::lower_bound(trace.time_s, passes[i - 1].peak_s);
     const auto last = std::ranges::upper_bound(trace.time_s, passes[i].peak_s);
-    parted += std::adjacent_find(first, last, [](double one_s, double next_s) {
-                return next_s - one_s > kGap_s;
+    parted += std::adjacent_find(first, last, [&](double one_s, double next_s) {
+                return next_s - one_s > kGap_s && std::abs(one_s - ends_s) < kAtOnce_s &&
+                       std::abs(next_s - begins_s) < kAtOnce_s;
               }) != last;
   }
   return parted;

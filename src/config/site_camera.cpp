@@ -14,6 +14,7 @@ namespace {
 constexpr NumberRule kPixels{1.0, 32'768.0, false, false};
 constexpr NumberRule kFocal_px{1.0, 1e6, false, false};
 constexpr NumberRule kFocalStd_px{0.0, 1e5, false, false};
+constexpr double kMostFocalStd = 0.2;  // of the focal length
 constexpr NumberRule kExposure_s{0.0, 10.0, true, false};
 constexpr NumberRule kRollingShutter_s{0.0, 1.0, false, false};
 constexpr NumberRule kCoreSigma_px{0.5, 20.0, false, false};
@@ -124,7 +125,10 @@ CameraSite read_camera(const YamlMap& map) {
   camera.width_px = size_px[0];
   camera.height_px = size_px[1];
   map.require("focal_px", camera.focal_px, kFocal_px);
-  map.read("focal_std_px", camera.focal_std_px, kFocalStd_px);
+  if (map.read("focal_std_px", camera.focal_std_px, kFocalStd_px) && camera.focal_px[0] > 0.0 &&
+      camera.focal_std_px > kMostFocalStd * camera.focal_px[0])
+    map.problem("focal_std_px", number_text(camera.focal_std_px) + " is over a fifth of focal_px",
+                "give its standard deviation in pixels; calibrate the camera");
   read_principal(map, camera);
   read_distortion(map, camera);
   if (map.require("position_m", camera.position_m) && !(camera.position_m[2].mean > 0.0))
@@ -146,10 +150,15 @@ CameraSite read_camera(const YamlMap& map) {
 }
 
 void suppose_aim(const YamlMap& map, const RoadSite& road, CameraSite& camera) {
-  constexpr double kLooksAt_m = 40.0;
+  constexpr double kLooksAt_m = 40.0, kNearest_m = 20.0, kFarthest_m = 100.0;
+  constexpr double kOfRange = 0.25;  // two sigmas either way
   const auto& [x_m, y_m, z_m] = camera.position_m;
+  const auto spread_rad = [&](double aside_m) {
+    return kOfRange * std::abs(std::atan2(aside_m, kNearest_m) - std::atan2(aside_m, kFarthest_m));
+  };
   if (!map.has("pitch_deg"))
-    camera.pitch_rad = {-std::atan2(z_m.mean, kLooksAt_m), radians_from_degrees(4.0)};
+    camera.pitch_rad = {-std::atan2(z_m.mean, kLooksAt_m),
+                        std::max(radians_from_degrees(4.0), spread_rad(z_m.mean))};
   if (map.has("yaw_deg") || road.lanes.empty()) return;
   double lateral_m = 0.0;
   for (const LaneSite& lane : road.lanes)
@@ -158,7 +167,8 @@ void suppose_aim(const YamlMap& map, const RoadSite& road, CameraSite& camera) {
   const PathPoint<double> there =
       path_point(x_m.mean + kLooksAt_m, lateral_m, road.radius_m ? bend_of(road) : 0.0,
                  road.straight_m, radius_m);
-  camera.yaw_rad.mean = std::atan2(there.y_m - y_m.mean, there.x_m - x_m.mean);
+  camera.yaw_rad = {std::atan2(there.y_m - y_m.mean, there.x_m - x_m.mean),
+                    std::max(radians_from_degrees(5.0), spread_rad(there.y_m - y_m.mean))};
 }
 
 }  // namespace vildar

@@ -12,7 +12,8 @@ inline constexpr NumberRule kPitch_deg{-90.0, 90.0, false, false};
 CameraSite read_camera(const YamlMap& map);
 
 /// Where a camera that stands looks, as far as its map leaves that out: at the middle of the lanes
-/// 40 m ahead, with a std of 4 degrees of pitch and 5 of yaw.
+/// 40 m ahead, with a std of 4 degrees of pitch and 5 of yaw, or a quarter of what there is between
+/// those 20 and 100 m ahead, as from a building.
 void suppose_aim(const YamlMap& map, const RoadSite& road, CameraSite& camera);
 
 }  // namespace vildar

@@ -242,9 +242,7 @@ Site read_site(const YamlMap& map) {
   if (const auto lamps = map.map("lamps")) site.lamps = read_lamps(*lamps);
   if (const auto channel = map.map("channel")) site.channel = read_channel(*channel);
   if (const auto ego = map.map("ego")) site.ego = read_ego(*ego);
-  const bool stands =
-      !site.ego || (site.ego->trace_path.empty() && site.ego->speed_mps.mean == 0.0);
-  if (camera && stands) suppose_aim(*camera, site.road, *site.camera);
+  if (camera && (!site.ego || site.ego->stands())) suppose_aim(*camera, site.road, *site.camera);
   if (site.channel && !site.channel->beam.empty())
     for (const PhotodiodeSite& diode : site.photodiodes)
       if (!diode.area_m2)

@@ -15,7 +15,7 @@ namespace vildar {
 namespace {
 
 constexpr double kLeastBaseline_m = 0.10;
-constexpr double kLampHeight_m = 0.65;  // where the site tells none
+constexpr double kLampHeight_m = 0.68;  // where the site tells none
 constexpr double kWidest_rad = 1.4;     // off its axis a photodiode is taken to see
 
 Eigen::Vector3d place_of(const PhotodiodeSite& photodiode) {
@@ -117,9 +117,10 @@ struct Range {
 };
 
 std::vector<RoadSite> roads_of(const RoadSite& road) {
+  constexpr double kOfRange = 1.7320508075688772;  // half a uniform range over its sigma
   std::vector<RoadSite> found{road};
   if (road.kind == RoadKind::straight) return found;
-  for (const double sigmas : {-1.0, 1.0}) {
+  for (const double sigmas : {-kOfRange, kOfRange}) {
     const double radius_m = road.radius_m->mean + sigmas * road.radius_m->std;
     if (road.radius_m->std == 0.0 || !(radius_m > 0.0)) continue;
     found.push_back(road);
@@ -177,6 +178,8 @@ std::optional<std::vector<UnlikeLight>> unlike_lights(std::span<const Way> ways,
     }
   }
   std::vector<UnlikeLight> found;
+  if (std::ranges::all_of(ratios, &Range::empty))
+    return std::nullopt;  // no stretch is seen by both
   for (std::size_t i = 0; i < ahead_m.size(); ++i)
     if (!ratios[i].empty())
       found.push_back({ahead_m[i], ratios[i].middle(),
@@ -218,7 +221,8 @@ Outcome<PairPose> pair_pose(const Site& site, const PhotodiodeSite& near,
           ways.emplace_back(passing, passing.along_m(road, near), passing.along_m(road, far));
       baseline_m.add(way.far_m - way.near_m);
       if (passing.bend != 0.0)
-        lane_std_m = std::max(lane_std_m, std::abs(way.far_m - way.near_m) * lane.std / radius_m);
+        lane_std_m = std::max(lane_std_m, std::abs(way.far_m - way.near_m) * lane.std /
+                                              (radius_m - passing.bend * lane.mean));
     }
   pose.baseline_m = {baseline_m.middle(),
                      std::hypot(std::hypot(near.position_m[0].std, far.position_m[0].std),

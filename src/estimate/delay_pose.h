@@ -27,8 +27,9 @@ struct PairPose {
 /// `near` is passed last. On a bend each lane's way past both is another, and photodiodes that look
 /// the same way in the road frame do not look the same way along the road: what that makes of the
 /// light follows from the receivers' cosine and the range, and from headlamps' beams as far as they
-/// are alike. Misses: outside_model (they stand so unlike that light differs by more than 15 %, or by an
-/// amount unknown to 10 %; a bend that begins ahead of them, or of unknown radius), no_scale (less than 10 cm apart along the road).
+/// are alike. Misses: outside_model (they stand so unlike that light differs by more than 15 %, or
+/// by an amount unknown to 10 %; a bend that begins ahead of them, or of unknown radius), no_scale
+/// (less than 10 cm apart along the road).
 Outcome<PairPose> pair_pose(const Site& site, const PhotodiodeSite& near,
                             const PhotodiodeSite& far);
 

@@ -71,7 +71,7 @@ std::optional<Miss> gate(const JointProblem& joint, const JointSolution& solved,
                          const Trajectory& camera_only) {
   constexpr double kWorstChi2 = 1.3;
   if (chi2_per_block(joint, solved.errors, kUnmodelled.back()) > kWorstChi2) return Miss::bad_fit;
-  constexpr double kMostPull = 10.0;  // half a chi-square; the path has at most ten unknowns
+  constexpr double kMostPull = 10.0;  // half a chi-square; the path has at most eleven unknowns
   const auto moved = geometry_cost(joint.geometry, solved.unknowns.path);
   if (!moved || *moved - camera_only.fit.cost > kMostPull) return Miss::sensors_contradict;
   return std::nullopt;

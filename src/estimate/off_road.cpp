@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/clock.h"
 #include "estimate/lane_choice.h"
 
 namespace vildar {
@@ -44,14 +43,6 @@ bool may_ride_on_a_roof(const Trajectory& trajectory, const Site& site, Directio
   });
 }
 
-// Whether the rest of its track does not go with what was measured: the road may be no plane.
-bool of_a_part(const Trajectory& one, const VehicleTrack& track) {
-  constexpr double kMost = 0.8;  // of the track's time
-  const double seen_s =
-      seconds_of(track.sightings.back().time) - seconds_of(track.sightings.front().time);
-  return one.to_s - one.from_s < kMost * seen_s;
-}
-
 }  // namespace
 
 bool in_no_lane(const VehicleTrack& track, const Site& site,
@@ -64,8 +55,7 @@ bool in_no_lane(const VehicleTrack& track, const Site& site,
     const double beside = beside_outermost_lane(one, site);
     if (track.single_lamp) return one.lane.empty() || beside > kEdge;
     if (!one.lane.empty()) return false;
-    return (beside > kBesideNextLane && of_a_part(one, track)) ||
-           may_ride_on_a_roof(one, site, track.direction);
+    return (one.part && beside > kBesideNextLane) || may_ride_on_a_roof(one, site, track.direction);
   };
   double in_none = 0.0;
   for (const Trajectory& one : trajectories)

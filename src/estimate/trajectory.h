@@ -37,6 +37,7 @@ struct Trajectory {
   double weight = 1.0;              ///< probability among the trajectories found together
   double from_s = 0.0, to_s = 0.0;  ///< part of the track that it was fitted to
   int frames = 0;
+  bool part = false;  ///< the model does not explain the rest of its track
   BearingOf bearing_of = BearingOf::pair;  ///< what the bearings in `problem` are of
 
   MotionState at(double time_s) const;

@@ -292,6 +292,7 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& whole, con
         return Miss::ambiguous_identity;
       }
       first = std::move(*best);
+      first.trajectory.part = true;
       constexpr double kByChance = 2.5;  // of up to seven parts
       if (most.sigmas > kByChance)
         first.check.sigma_factor =

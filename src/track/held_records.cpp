@@ -8,7 +8,7 @@
 namespace vildar {
 namespace {
 
-constexpr std::size_t kMostAlone = 2000, kMostFixed = 100;
+constexpr std::size_t kHeldFixed = 100;
 
 // Twice as many may be held before the older half goes.
 void keep_last(std::size_t most, std::vector<LampRecord>& records) {
@@ -25,15 +25,15 @@ bool stayed_at(const Eigen::Vector2d& at_px, const std::vector<LampRecord>& reco
 
 void drop_old_records(const Lamps& lamps, const Vehicles& vehicles) {
   for (const auto& lamp : lamps)
-    if (!lamp->vehicle) keep_last(lamp->fixed ? kMostFixed : kMostAlone, lamp->records);
+    if (!lamp->vehicle) keep_last(lamp->fixed ? kHeldFixed : kHeldAlone, lamp->records);
   for (const auto& vehicle : vehicles) {
     if (!vehicle->left || !vehicle->right) continue;
     if (std::max(vehicle->left->wandered_px(), vehicle->right->wandered_px()) >= kMoved_px)
       continue;
     for (auto [lamp, past] : {std::pair(vehicle->left, &vehicle->past_left),
                               std::pair(vehicle->right, &vehicle->past_right)}) {
-      if (lamp->records.size() > 2 * kMostAlone && stayed_at(lamp->at_px(), *past)) past->clear();
-      keep_last(kMostAlone, lamp->records);
+      if (lamp->records.size() > 2 * kHeldAlone && stayed_at(lamp->at_px(), *past)) past->clear();
+      keep_last(kHeldAlone, lamp->records);
     }
   }
 }

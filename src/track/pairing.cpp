@@ -10,6 +10,7 @@
 
 #include "core/by_frame.h"
 #include "track/heir.h"
+#include "track/held_records.h"
 #include "track/pair_likelihood.h"
 
 namespace vildar {
@@ -295,6 +296,8 @@ void Pairing::join(Evidence& pair, Vehicles& vehicles, std::int64_t frame) {
   vehicle->left = left;
   vehicle->right = right;
   left->vehicle = right->vehicle = vehicle;
+  left->set_aside.clear();
+  right->set_aside.clear();
   vehicle->chi2 = pair.chi2;
   vehicle->inverse_depth_per_m = pair.inverse_depth_per_m;
   vehicle->width_per_depth = pair.width_per_depth;
@@ -361,12 +364,14 @@ bool Pairing::has_rival(const Lamp& a, const Lamp& b, int both_seen) const {
                           [&](const LampRecord&, const LampRecord&) { ++frames; });
     return static_cast<double>(frames);
   };
+  // Of pairs that stand for long only the last records are held.
+  const double together = std::min<double>(both_seen, kHeldAlone);
   return std::any_of(evidence_.begin(), evidence_.end(), [&](const Evidence& other) {
     if (other.looks < kLooksToJoin || other.chi2 > kMostChi2ToJoin ||
         !(log_odds_of(other.log_odds, other.looks) > 0.0))
       return false;
     return (other.a == &a || other.a == &b) != (other.b == &a || other.b == &b) &&
-           seen_beside(*other.a, *other.b) > kMostShareOfRival * both_seen;
+           seen_beside(*other.a, *other.b) > kMostShareOfRival * together;
   });
 }
 

@@ -144,6 +144,9 @@ struct EgoSite {
   std::filesystem::path trace_path;  ///< empty: constant speed
   std::vector<EgoSample> trace;      ///< filled by the loader, time increasing
 
+  /// Whether all that is told is that it does not drive.
+  bool stands() const { return trace_path.empty() && trace.empty() && speed_mps.mean == 0.0; }
+
   /// Whether yaw rates tell how the vehicle turns; where they do not, it follows the road.
   bool turns_known() const {
     return std::any_of(trace.begin(), trace.end(),

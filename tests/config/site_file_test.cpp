@@ -222,6 +222,15 @@ TEST(SiteFile, AnAngleOfTheCameraLeftOutIsUnknownAndNotZero) {
   EXPECT_EQ(dashcam.camera->pitch_rad, (Uncertain{0.0, 5.0 * kDegree}));
 }
 
+// From 25 m up the road 20 m ahead lies 51 degrees down, that 100 m ahead 14.
+TEST(SiteFile, FromHighUpTheAimIsLessSure) {
+  const TemporaryFolder folder;
+  std::string text = with(kContractSite, "  pitch_deg: -4.0\n", "");
+  text = with(text, "position_m: [0.0, 0.0, 5.0] ", "position_m: [0.0, 0.0, 25.0] ");
+  const Site site = load_site(folder.write("site.yaml", text));
+  EXPECT_NEAR(site.camera->pitch_rad.std, 0.25 * (std::atan(1.25) - std::atan(0.25)), 1e-12);
+}
+
 TEST(SiteFile, ACameraNotToldWhereLooksIntoTheBend) {
   const TemporaryFolder folder;
   std::string text = with(kContractSite, "  yaw_deg: 0.0\n  pitch_deg: -4.0", "  pitch_deg: -4.0");

@@ -38,7 +38,7 @@ TEST(DelayPose, OnABendEachLaneHasAWayOfItsOwn) {
     const auto pose = std::get<PairPose>(pose_of(site));
     const double turned_rad = std::atan2(2.0, 200.0);
     EXPECT_NEAR(pose.baseline_m.mean, turned_rad * (200.0 - bend * -4.0), 1e-9);
-    const double by_place_m = pose.baseline_m.mean * 0.3 / 200.0;  // a sigma of 0.3 m in the lane
+    const double by_place_m = turned_rad * 0.3;  // a sigma of 0.3 m in the lane
     EXPECT_NEAR(pose.baseline_m.std, by_place_m, 1e-6);
     site.road.lanes.push_back({"far", {-8.0, 0.3}, 3.5, Direction::oncoming});
     const auto either = std::get<PairPose>(pose_of(site));
@@ -46,6 +46,16 @@ TEST(DelayPose, OnABendEachLaneHasAWayOfItsOwn) {
     EXPECT_NEAR(either.baseline_m.std, std::hypot(by_place_m, turned_rad * 4.0 / std::sqrt(12.0)),
                 3e-4);
   }
+}
+
+// Where the lane lies 4 m beside the line whose radius is told.
+TEST(DelayPose, TheSigmaOfTheRadiusIsThatOfTheWay) {
+  Site site = two_photodiodes(2.0);
+  site.road.lanes[0].lateral_m.std = 0.0;
+  bend_road(site, Turn::left, {150.0, 10.0});
+  const auto pose = std::get<PairPose>(pose_of(site));
+  // d(2 m (R + 4) / R) / dR = -8 / R^2.
+  EXPECT_NEAR(pose.baseline_m.std, 8.0 / (150.0 * 150.0) * 10.0, 1e-4);
 }
 
 // Far off light comes along the road, and turned by so much from one's axis its cosine is less.
@@ -77,6 +87,9 @@ TEST(DelayPose, WhatStandsTooUnlikeIsNoPair) {
   site.road.radius_m.reset();
   EXPECT_EQ(std::get<Miss>(pose_of(site)), Miss::outside_model);
   EXPECT_EQ(std::get<Miss>(pose_of(two_photodiodes(0.05))), Miss::no_scale);
+  site = two_photodiodes(2.0);
+  site.photodiodes[1].yaw_rad = kPi;  // sees nothing of what the other does
+  EXPECT_EQ(std::get<Miss>(pose_of(site)), Miss::outside_model);
 }
 
 struct Tried {

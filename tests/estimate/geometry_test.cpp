@@ -83,7 +83,7 @@ TEST(Geometry, AFocalLengthIsAsSureAsTheSiteSays) {
 }
 
 TEST(Geometry, IntervalsHoldWhereTheFocalLengthIsUnsure) {
-  constexpr int kTrials = 400, kLeast = 365, kMost = 392,
+  constexpr int kTrials = 400, kLeast = 367, kMost = 393,
                 kMostWithheld = 4;  // 95 % less or more three sigmas
   constexpr double kShare = 0.02;
   Random random(23);
