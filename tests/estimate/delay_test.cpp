@@ -197,6 +197,16 @@ TEST(Delay, WhatTheSiteSaysOfUnlikeAnglesDoesNotMoveTheMomentThatNoiseLeavesSure
     EXPECT_NEAR(surest_s(ratio_std), alike_s, kGrid_s) << ratio_std;
 }
 
+// By a camera that sees the vehicle until then as well.
+VehicleResult beside_camera(const simulated::Vehicle& vehicle, const Site& site, const Pair& pair,
+                            double to_s) {
+  Random random(5);
+  const VehicleTrack track = simulated::track_of(vehicle, site, {.to_s = to_s}, random);
+  const std::array<VehiclePower, 2> power{VehiclePower{&pair.near, false},
+                                          VehiclePower{&pair.far, false}};
+  return estimate_vehicle(track, site, power).result;
+}
+
 // The camera has lost the vehicle by then, and its bearings know nothing of it.
 TEST(Delay, ABrakingThatBeginsBehindTheCamerasViewDoesNotBendTheSpeed) {
   Site site = simulated::two_photodiodes(2.0);
@@ -204,11 +214,7 @@ TEST(Delay, ABrakingThatBeginsBehindTheCamerasViewDoesNotBendTheSpeed) {
   for (const double change_mps2 : {-3.0, -6.0}) {
     const simulated::Vehicle vehicle{.speed_mps = 20.0, .changes = {{2.0, change_mps2}}};
     const Pair pair = pair_of(vehicle, site);
-    Random random(5);
-    const VehicleTrack track = simulated::track_of(vehicle, site, {.to_s = 2.0}, random);
-    const std::array<VehiclePower, 2> power{VehiclePower{&pair.near, false},
-                                            VehiclePower{&pair.far, false}};
-    const VehicleResult result = estimate_vehicle(track, site, power).result;
+    const VehicleResult result = beside_camera(vehicle, site, pair, 2.0);
     ASSERT_FALSE(result.withheld) << change_mps2;
     EXPECT_EQ(result.method, Method::fused) << change_mps2;
     const double error_mps = result.speed.speed_mps - vehicle.speed_at_mps(result.speed.time_s);
@@ -226,11 +232,7 @@ TEST(Delay, ABrakingThatTheCameraSawIsOneVehicle) {
   ASSERT_TRUE(std::holds_alternative<DelayFit>(alone));
   ASSERT_TRUE(of_several(std::get<DelayFit>(alone), 2, 0.0));
   site.camera = simulated::mast_site(4.0).camera;
-  Random random(5);
-  const VehicleTrack track = simulated::track_of(vehicle, site, {.to_s = 2.5}, random);
-  const std::array<VehiclePower, 2> power{VehiclePower{&pair.near, false},
-                                          VehiclePower{&pair.far, false}};
-  const VehicleResult result = estimate_vehicle(track, site, power).result;
+  const VehicleResult result = beside_camera(vehicle, site, pair, 2.5);
   ASSERT_FALSE(result.withheld);
   EXPECT_EQ(result.method, Method::fused);
   const double error_mps = result.speed.speed_mps - vehicle.speed_at_mps(result.speed.time_s);
@@ -243,11 +245,7 @@ TEST(Delay, HowSureNoLaneIsStaysAProbability) {
   site.camera = simulated::mast_site(4.0).camera;
   const simulated::Vehicle vehicle{.lateral_m = -8.0};
   const Pair pair = pair_of(vehicle, site);
-  Random random(5);
-  const VehicleTrack track = simulated::track_of(vehicle, site, {.to_s = 2.0}, random);
-  const std::array<VehiclePower, 2> power{VehiclePower{&pair.near, false},
-                                          VehiclePower{&pair.far, false}};
-  const VehicleResult result = estimate_vehicle(track, site, power).result;
+  const VehicleResult result = beside_camera(vehicle, site, pair, 2.0);
   EXPECT_EQ(result.method, Method::fused);
   EXPECT_GT(result.no_lane_probability, 0.7);
   EXPECT_LE(result.no_lane_probability, 1.0 + 1e-12);
