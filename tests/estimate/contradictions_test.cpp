@@ -51,6 +51,24 @@ TEST(Contradictions, WhereLightAndBearingsFitTogetherTheLawIsWrongAndNotTheLight
   EXPECT_FALSE(result.withheld);
 }
 
+// A delay rests on no law: that the power fits badly says nothing of it.
+TEST(Contradictions, LightThatNoBeamExplainsIsTrustedForNoSpeedByItsLaw) {
+  for (const auto& [method, withheld] :
+       {std::pair(Method::ml_photodiode, false), std::pair(Method::power_slope_photodiode, false),
+        std::pair(Method::delay_photodiodes, true)}) {
+    VehicleResult result;
+    result.method = Method::geometry_camera;
+    SpeedEstimate speed;
+    speed.speed_mps = 15.0;
+    speed.std_mps = 0.3;
+    result.methods.push_back({method, speed, 100, "site"});
+    result.methods.push_back({Method::fused, Miss::bad_fit, 100, ""});
+    check_sensors(camera(), result);
+    EXPECT_EQ(result.warnings.size(), 1U) << name_of(method);
+    EXPECT_EQ(result.withheld.has_value(), withheld) << name_of(method);
+  }
+}
+
 TEST(Contradictions, TheCamerasOwnLightIsNoSecondSensor) {
   const auto result = beside(Method::geometry_camera, Method::power_slope_camera, 15.0, 0.3);
   EXPECT_TRUE(result.warnings.empty());
