@@ -126,7 +126,7 @@ std::string advice(const OwnTurn& turn, double road_curvature_per_m) {
 
 std::vector<std::string> turns_off_the_road(const Site& site, double to_s) {
   // Where a bend begins ahead of a camera that drives is not known: that has a warning of its own.
-  if (!site.ego || !site.ego->turns_known() || site.road.straight_m > 0.0) return {};
+  if (!site.ego || !site.ego->turns_known() || site.road.straight_m.mean > 0.0) return {};
   Uncertain road_curvature_per_m;
   if (const auto& radius_m = site.road.radius_m)
     road_curvature_per_m = {bend_of(site.road) / radius_m->mean,

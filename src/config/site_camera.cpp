@@ -166,7 +166,7 @@ void suppose_aim(const YamlMap& map, const RoadSite& road, CameraSite& camera) {
   const double radius_m = road.radius_m ? road.radius_m->mean : 0.0;
   const PathPoint<double> there =
       path_point(x_m.mean + kLooksAt_m, lateral_m, road.radius_m ? bend_of(road) : 0.0,
-                 road.straight_m, radius_m);
+                 road.straight_m.mean, radius_m);
   camera.yaw_rad = {std::atan2(there.y_m - y_m.mean, there.x_m - x_m.mean),
                     std::max(radians_from_degrees(5.0), spread_rad(there.y_m - y_m.mean))};
 }

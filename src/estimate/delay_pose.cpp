@@ -133,7 +133,7 @@ std::vector<RoadSite> roads_of(const RoadSite& road) {
 // at another distance from each.
 bool bends_past(const RoadSite& road, const PhotodiodeSite& photodiode) {
   constexpr double kSlack_m = 0.5;
-  return road.radius_m && photodiode.position_m[0].mean > road.straight_m - kSlack_m;
+  return road.radius_m && photodiode.position_m[0].mean > road.straight_m.mean - kSlack_m;
 }
 
 struct Way {
@@ -215,7 +215,7 @@ Outcome<PairPose> pair_pose(const Site& site, const PhotodiodeSite& near,
   for (const RoadSite& road : roads_of(site.road))
     for (const Uncertain& lane : lanes_of(site, far)) {
       const double radius_m = road.radius_m ? road.radius_m->mean : INFINITY;
-      const Passing passing{bend_of(road), road.straight_m, radius_m, lane.mean, height_m};
+      const Passing passing{bend_of(road), road.straight_m.mean, radius_m, lane.mean, height_m};
       if (!(radius_m - passing.bend * lane.mean > 0.0)) return Miss::outside_model;
       const Way& way =
           ways.emplace_back(passing, passing.along_m(road, near), passing.along_m(road, far));

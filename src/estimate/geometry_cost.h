@@ -38,9 +38,9 @@ struct PriorResidual {
 
   int count() const {
     const MetricPriors& priors = problem->priors;
-    return has_drop() + has_separation() + priors.lateral_m.has_value() + has_radius() + 1 +
-           (priors.motion ? 2 : 0) + some_of(priors.turn_rad) + (priors.log_focal.std > 0.0) +
-           some_of(problem->ego_unknowns);
+    return has_drop() + has_separation() + priors.lateral_m.has_value() + has_radius() +
+           priors.straight_m.has_value() + 1 + (priors.motion ? 2 : 0) + some_of(priors.turn_rad) +
+           (priors.log_focal.std > 0.0) + some_of(problem->ego_unknowns);
   }
 
   /// Of these the first; those on the own motion come last.
@@ -59,6 +59,7 @@ struct PriorResidual {
       *residual++ = whiten(scale_m * exp(p[kLogSeparation]), *priors.separation_m);
     if (priors.lateral_m) *residual++ = whiten(scale_m * p[kLateral], *priors.lateral_m);
     if (has_radius()) *residual++ = whiten(scale_m * exp(p[kLogRadius]), *priors.radius_m);
+    if (priors.straight_m) *residual++ = whiten(scale_m * p[kStraight], *priors.straight_m);
     *residual++ = whiten(scale_m * p[kAcceleration], priors.acceleration_mps2);
     if (priors.motion) {
       // Whitened by the Cholesky factor of the covariance.

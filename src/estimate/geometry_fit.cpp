@@ -24,6 +24,7 @@ std::vector<int> free_parameters(const GeometryProblem& problem) {
   std::vector<int> free{kLogScale, kClosingRate, kAcceleration, kLateral, kDrop};
   if (problem.pairs) free.push_back(kLogSeparation);
   if (problem.setting.bend != 0.0) free.push_back(kLogRadius);
+  if (problem.setting.straight_unsure) free.push_back(kStraight);
   for (int axis = 0; axis < 3; ++axis)
     if (problem.priors.turn_rad[static_cast<std::size_t>(axis)].std > 0.0)
       free.push_back(kYaw + axis);

@@ -27,6 +27,7 @@ struct MetricPriors {
   std::optional<Uncertain> separation_m;  ///< between the lamps of a pair
   std::optional<Uncertain> lateral_m;     ///< lateral offset from the camera
   std::optional<Uncertain> radius_m;      ///< of the road's line y = 0
+  std::optional<Uncertain> straight_m;    ///< x of the bend's begin; absent: exactly known
   Uncertain acceleration_mps2{0.0, 1.5};
   std::optional<KnownMotion> motion;
   std::array<Uncertain, 3> turn_rad{};  ///< yaw, pitch, roll from the mean pose; std 0: fixed

@@ -98,7 +98,7 @@ Outcome<PowerSpeed> camera_speed(const VehicleTrack& track, const Site& site,
   known.lamp_height_m = place->lamp_height_m;
   if (site.road.radius_m) {
     known.bend = bend_of(site.road);
-    known.straight_m = site.road.straight_m;
+    known.straight_m = bend_begins_m(site.road);
     known.radius_m = *site.road.radius_m;
   }
   Frames frames = usable_frames(track);

@@ -54,6 +54,10 @@ MetricPriors metric_priors(const Site& site, const LampReading& lamps) {
   if (lamps.separation_m) priors.separation_m = with_floor(*lamps.separation_m);
   if (site.road.radius_m)
     priors.radius_m = with_floor(*site.road.radius_m, kKnownRadius * site.road.radius_m->mean);
+  if (site.road.radius_m && bend_of(site.road) != 0.0) {
+    const Uncertain straight_m = bend_begins_m(site.road);
+    if (straight_m.std > 0.0) priors.straight_m = straight_m;
+  }
   priors.turn_rad = {Uncertain{0.0, camera.yaw_rad.std}, Uncertain{0.0, camera.pitch_rad.std},
                      Uncertain{0.0, camera.roll_rad.std}};
   priors.log_focal = {0.0, camera.focal_std_px / Camera(camera).focal_px()};

@@ -29,7 +29,7 @@ Outcome<PowerSpeed> ml_speed(const PowerSeries& series, const PowerCase& known) 
   speed.hi95_mps = speed.speed_mps * std::exp(kTwoSided95 * log_std);
   speed.samples_used = static_cast<std::int64_t>(series.time_s.size());
   found.range_m = path_point(posterior.motion.along_m, known.lateral_m.mean, known.bend,
-                             known.straight_m, known.radius_m.mean)
+                             known.straight_m.mean, known.radius_m.mean)
                       .x_m;
   return found;
 }

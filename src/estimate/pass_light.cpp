@@ -25,8 +25,8 @@ Place place_at(const PowerCase& known, const PassMotion& motion, double time_s) 
   const double tau_s = time_s - motion.reference_s;
   const double along_m =
       motion.along_m - tau_s * (motion.speed_mps + 0.5 * motion.acceleration_mps2 * tau_s);
-  const auto point =
-      path_point(along_m, known.lateral_m.mean, known.bend, known.straight_m, known.radius_m.mean);
+  const auto point = path_point(along_m, known.lateral_m.mean, known.bend, known.straight_m.mean,
+                                known.radius_m.mean);
   const Eigen::Vector3d toward_m =
       Eigen::Vector3d(point.x_m, point.y_m, known.lamp_height_m.mean) - known.receiver_m;
   return {toward_m, known.bend * point.heading_rad,
@@ -52,6 +52,13 @@ Shift by_radius(const PowerCase& known, const Place& place) {
   const double sine = std::sin(arc_rad), cosine = std::cos(arc_rad);
   return {{sine - arc_rad * cosine, known.bend * (1.0 - cosine - arc_rad * sine), 0.0},
           -known.bend * arc_rad / known.lane_radius_m()};
+}
+
+// The bend and all on it move ahead, and what is at the same path length stands earlier on it.
+Shift by_straight(const PowerCase& known, const Place& place) {
+  if (place.arc_rad == 0.0) return {Eigen::Vector3d::Zero()};
+  const auto [forward, turned] = by_path_length(known, place);
+  return {Eigen::Vector3d::UnitX() - forward, -turned};
 }
 
 // Lanes are concentric: one nearer the bend's centre has a shorter radius.
@@ -208,6 +215,7 @@ PowerCase PassLight::known_of(const Eigen::VectorXd& z) const {
   known.lateral_m.mean += known.lateral_m.std * z[kAside];
   known.lamp_height_m.mean += known.lamp_height_m.std * z[kHeight];
   known.radius_m.mean += known.radius_m.std * z[kRadius];
+  known.straight_m.mean += known.straight_m.std * z[kStraightLength];
   return known;
 }
 
@@ -277,7 +285,10 @@ void PassLight::add_log_slopes_of_places(const Eigen::VectorXd& z, double ripple
     add(kSpeedingUp, forward, -0.5 * tau_s * tau_s * kAccelerationStd_mps2);
     add(kAside, by_lateral(known, place), known.lateral_m.std);
     add(kHeight, {Eigen::Vector3d::UnitZ()}, known.lamp_height_m.std);
-    if (known.bend != 0.0) add(kRadius, by_radius(known, place), known.radius_m.std);
+    if (known.bend != 0.0) {
+      add(kRadius, by_radius(known, place), known.radius_m.std);
+      add(kStraightLength, by_straight(known, place), known.straight_m.std);
+    }
     column[kGamma] = known.exponent_std *
                      (known.log_gain_per_exponent.value_or(0.0) - 0.5 * light.log_distance2[i]);
   }

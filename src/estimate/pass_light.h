@@ -34,6 +34,7 @@ enum PassUnknown : int {
   kAside,
   kHeight,
   kRadius,
+  kStraightLength,
   kGain,
   kDark,   ///< of the background
   kShape,  ///< first of the shapes of the beam

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ranges>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -41,7 +40,7 @@ PowerProblem problem_of(const SeriesBlocks& blocks, const PowerCase& known) {
             : known.lateral_m.std};
   } else {
     problem.setting.curved = true;
-    problem.setting.straight_m = known.straight_m;
+    problem.setting.straight_m = known.straight_m.mean;
     problem.setting.height_m = std::abs(below_m);
     const double side = known.bend > 0.0 ? 1.0 : -1.0;
     problem.known[kPowerPerpendicular] = Uncertain{side * across_m, known.lateral_m.std};
@@ -227,8 +226,8 @@ Outcome<PassPosterior> pass_posterior(const PowerSeries& series, const PowerCase
     // What may be unlike the law by much wanders far from where it began; what may not finds the
     // nearest, and where that is another all begin there.
     z = nearest;
-    for (const double more_nat : kRipples_nat | std::views::reverse)
-      if (!adds_way(more_nat, z)) break;
+    for (auto more_nat = kRipples_nat.rbegin(); more_nat != kRipples_nat.rend(); ++more_nat)
+      if (!adds_way(*more_nat, z)) break;
   }
   if (ways.empty()) return hopeless ? Miss::bad_fit : Miss::outside_model;
   return mean_of(ways);

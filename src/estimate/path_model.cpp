@@ -15,7 +15,9 @@ PathSetting path_setting(const CameraSite& camera, const RoadSite& road) {
       camera.yaw_rad.std > 0.0 || camera.pitch_rad.std > 0.0 || camera.roll_rad.std > 0.0;
   setting.focal_unsure = camera.focal_std_px > 0.0;
   setting.bend = road.radius_m ? bend_of(road) : 0.0;
-  setting.straight_m = road.straight_m;
+  const Uncertain straight_m = bend_begins_m(road);
+  setting.straight_m = straight_m.mean;
+  setting.straight_unsure = setting.bend != 0.0 && straight_m.std > 0.0;
   return setting;
 }
 

@@ -24,6 +24,7 @@ enum PathParameter : int {
   kDrop,           ///< camera height less lamp height, over X
   kLogSeparation,  ///< ln of lamp separation over X
   kLogRadius,      ///< ln of the road's radius (line y = 0) over X
+  kStraight,       ///< x of the bend's begin over X; free where that is not known exactly
   kYaw,            ///< turns of the camera from the site's mean pose, rad
   kPitch,
   kRoll,
@@ -64,6 +65,7 @@ struct PathSetting {
   bool ego_unsure = false;    ///< p[kHeading..] may differ from zero
   double bend = 0.0;          ///< as in path_point
   double straight_m = 0.0;
+  bool straight_unsure = false;  ///< p[kStraight] stands for straight_m
   std::vector<AccelerationStep> steps;
 
   /// What the steps add to the closing rate, over X, by a time after the reference.
@@ -102,6 +104,13 @@ T lane_way_share(const T* p, const PathSetting& setting) {
                    (scale_m * exp(p[kLogRadius]));
 }
 
+/// Metres along the road from x = 0 to where the bend begins.
+template <class T>
+T bend_begins_m(const T* p, const PathSetting& setting) {
+  using std::exp;
+  return setting.straight_unsure ? T(exp(p[kLogScale]) * p[kStraight]) : T(setting.straight_m);
+}
+
 /// Ground point and heading of the vehicle `tau_s` after the reference time, in the road frame of
 /// that time. A moving camera takes this frame along the road's line y = 0 at its speed of the
 /// reference time, the closing speed being along the vehicle's lane; `ahead_m` is by how much more
@@ -117,6 +126,8 @@ PathPoint<T> vehicle_point(const T* p, const PathSetting& setting, const Time& t
   if (ahead_m != T(0.0)) along_m -= lane_way_share(p, setting) * ahead_m;
   const T lateral_m = setting.camera_m.y() + scale_m * p[kLateral];
   const T radius_m = setting.bend == 0.0 ? T(0.0) : scale_m * exp(p[kLogRadius]);
+  if (setting.straight_unsure)
+    return path_point(along_m, lateral_m, setting.bend, bend_begins_m(p, setting), radius_m);
   return path_point(along_m, lateral_m, setting.bend, setting.straight_m, radius_m);
 }
 

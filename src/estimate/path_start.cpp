@@ -125,6 +125,7 @@ std::optional<PathVector> start_of(const RoughPath& path, const GeometryProblem&
   start[kLogSeparation] = std::log(width_m / distance_m);
   start[kHeading] = off_rad;
   if (setting.bend != 0.0) start[kLogRadius] = std::log(sizes.radius_m / distance_m);
+  start[kStraight] = setting.straight_m / distance_m;
   return start;
 }
 

@@ -132,7 +132,7 @@ Outcome<PowerCase> photodiode_case(const Site& site, int photodiode, const Vehic
                          std::hypot(place.lamp_height_m.std, receiver.position_m[2].std)};
   if (site.road.radius_m) {
     known.bend = bend_of(site.road);
-    known.straight_m = site.road.straight_m;
+    known.straight_m = bend_begins_m(site.road);
     known.radius_m = *site.road.radius_m;
   }
   return known;

@@ -36,7 +36,7 @@ Outcome<PaperFit> paper_fit(const PowerSeries& series, const PowerCase& known) {
   const auto outcome = fit_curved_angle(series.time_s, series.power_w, known.law, Metres(radius_m));
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   const auto& fit = std::get<CurvedAngleFit>(outcome);
-  return PaperFit{fit.speed_mps, known.straight_m + radius_m * fit.angle_at_zero_rad,
+  return PaperFit{fit.speed_mps, known.straight_m.mean + radius_m * fit.angle_at_zero_rad,
                   fit.speed_sigma_mps, fit.lag1_correlation, fit.samples_used};
 }
 
@@ -48,7 +48,7 @@ PassMotion motion_at_middle(const PowerSeries& series, const PaperFit& fit) {
 }
 
 double range_m(const PowerCase& known, double along_m) {
-  return path_point(along_m, known.lateral_m.mean, known.bend, known.straight_m,
+  return path_point(along_m, known.lateral_m.mean, known.bend, known.straight_m.mean,
                     known.radius_m.mean)
       .x_m;
 }
@@ -61,7 +61,7 @@ Outcome<double> own_error_mps(const PowerSeries& series, const PowerCase& known,
   for (const double time_s : series.time_s) {
     const auto place =
         path_point(fit.along_at_zero_m - fit.speed_mps * time_s, known.lateral_m.mean, known.bend,
-                   known.straight_m, known.radius_m.mean);
+                   known.straight_m.mean, known.radius_m.mean);
     const double ahead_m = place.x_m - known.receiver_m.x();
     const double across_m = std::hypot(place.y_m - known.receiver_m.y(),
                                        known.lamp_height_m.mean - known.receiver_m.z());
@@ -117,9 +117,12 @@ double prior_variance(const PowerSeries& series, const PowerCase& known) {
     };
     variance += std::pow(0.5 * (speed_mps(1.0) - speed_mps(-1.0)), 2);
   }
-  if (known.bend != 0.0)
+  if (known.bend != 0.0) {
     add(known.radius_m.std,
         [](PowerCase& c, double side) { c.radius_m.mean += side * c.radius_m.std; });
+    add(known.straight_m.std,
+        [](PowerCase& c, double side) { c.straight_m.mean += side * c.straight_m.std; });
+  }
   return variance;
 }
 

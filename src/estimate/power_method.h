@@ -29,9 +29,9 @@ struct PowerCase {
   Eigen::Vector3d receiver_m = Eigen::Vector3d::Zero();
   Uncertain lateral_m;  ///< of the lane's path, as in path_point
   Uncertain lamp_height_m;
-  double bend = 0.0;  ///< as in path_point
-  double straight_m = 0.0;
-  Uncertain radius_m;  ///< of the line y = 0, curved roads
+  double bend = 0.0;     ///< as in path_point
+  Uncertain straight_m;  ///< to where the bend begins
+  Uncertain radius_m;    ///< of the line y = 0, curved roads
 
   /// Perpendicular distance from the receiver to the line of motion, straight roads.
   double perpendicular_m() const;

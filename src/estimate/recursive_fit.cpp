@@ -38,6 +38,7 @@ PathJets moved(const PathJets& p, double dt_s) {
   later[kDrop] = p[kDrop] / share;
   later[kLogSeparation] -= log(share);
   later[kLogRadius] -= log(share);
+  later[kStraight] = p[kStraight] / share;
   return later;
 }
 

@@ -20,6 +20,7 @@ std::vector<std::string> prior_names(const GeometryProblem& problem) {
   if (problem.pairs && priors.separation_m) names.push_back("lamp_separation");
   if (priors.lateral_m) names.push_back("lane");
   if (problem.setting.bend != 0.0 && priors.radius_m) names.push_back("radius");
+  if (priors.straight_m) names.push_back("straight");
   names.push_back("acceleration");
   if (priors.motion) names.insert(names.end(), 2, "photodiode_delay");
   const auto count = static_cast<std::size_t>(PriorResidual{&problem}.count());

@@ -40,7 +40,8 @@ double turns_wider_mps(const Trajectory& one, double over_ground_mps) {
            scale_m * (1.0 - tau_s * (p[kClosingRate] + 0.5 * tau_s * p[kAcceleration]) -
                       setting.departed(tau_s));
   };
-  if (std::max(along_m(one.from_s), along_m(one.to_s)) < setting.straight_m) return 0.0;
+  if (std::max(along_m(one.from_s), along_m(one.to_s)) < bend_begins_m(p.data(), setting))
+    return 0.0;
   const double off_middle_m =
       problem.priors.separation_m ? 0.5 * problem.priors.separation_m->mean : kHalfPair_m;
   const double radius_m = scale_m * std::exp(p[kLogRadius]) * lane_way_share(p.data(), setting);

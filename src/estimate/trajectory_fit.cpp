@@ -92,7 +92,7 @@ bool turns_against_the_road(const Site& site, const VehicleTrack& track) {
   constexpr double kLeast_rad = 0.1, kLeastShare = 0.5, kMostShare = 2.0;
   const RoadSite& road = site.road;
   if (track.sightings.empty() || !site.ego || !site.ego->turns_known() ||
-      road.kind != RoadKind::curved || !road.radius_m || road.straight_m > 0.0)
+      road.kind != RoadKind::curved || !road.radius_m || road.straight_m.mean > 0.0)
     return false;
   DrivenPose start;
   start.time_s = seconds_of(track.sightings.front().time);

@@ -80,7 +80,7 @@ HeadingSwings::Values HeadingSwings::way_s(double from_s, double to_s) const {
 EgoMotion::EgoMotion(const EgoSite& site, const RoadSite& road, std::optional<Watched> watched)
     : site_(site), moving_(true), turns_known_(site.turns_known()) {
   if (road.radius_m) road_curvature_per_m_ = bend_of(road) / road.radius_m->mean;
-  straight_m_ = road.straight_m;
+  straight_m_ = road.straight_m.mean;
   if (turns_known_) curvature_per_m_ = road_curvature_per_m_;
   if (!watched) return;
   constexpr int kPoints = 64;

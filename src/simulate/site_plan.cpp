@@ -51,7 +51,7 @@ Vehicle vehicle_of(const LaneSite& lane, const LampsSite& lamps, double speed_mp
 Eigen::Vector3d lamp_m(const Vehicle& vehicle, const RoadSite& road, double side, double t_s) {
   const double bend = road.radius_m ? bend_of(road) : 0.0;
   const auto place = path_point(vehicle.along_m(t_s), vehicle.lane->lateral_m.mean, bend,
-                                road.straight_m, road.radius_m ? road.radius_m->mean : 0.0);
+                                road.straight_m.mean, road.radius_m ? road.radius_m->mean : 0.0);
   const double offset_m = side * vehicle.separation_m;
   return {place.x_m - offset_m * std::sin(place.heading_rad),
           place.y_m + offset_m * std::cos(place.heading_rad), vehicle.height_m};

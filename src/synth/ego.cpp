@@ -69,8 +69,9 @@ EgoPose ego_pose(const Site& site, double time_s) {
   if (turns_known) return pose;
   const RoadSite& road = site.road;
   const PathPoint<double> point =
-      road.radius_m ? path_point(way_m, 0.0, bend_of(road), road.straight_m, road.radius_m->mean)
-                    : PathPoint<double>{way_m, 0.0, 0.0};
+      road.radius_m
+          ? path_point(way_m, 0.0, bend_of(road), road.straight_m.mean, road.radius_m->mean)
+          : PathPoint<double>{way_m, 0.0, 0.0};
   return {{point.x_m, point.y_m}, point.heading_rad};
 }
 

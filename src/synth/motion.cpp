@@ -84,12 +84,12 @@ VehicleState undisturbed(const VehicleScene& vehicle, const RoadSite& road, doub
   const double shift_m = shift_m_at(vehicle, time_s);
   double along_m = vehicle.along_at_zero_m + way * progress.gone_m;
   // The arc angle is what the lanes share.
-  if (bend != 0.0 && shift_m != 0.0 && along_m > road.straight_m)
-    along_m = road.straight_m + (along_m - road.straight_m) *
-                                    (radius_m - bend * (lateral_m + shift_m)) /
-                                    (radius_m - bend * lateral_m);
+  if (bend != 0.0 && shift_m != 0.0 && along_m > road.straight_m.mean)
+    along_m = road.straight_m.mean + (along_m - road.straight_m.mean) *
+                                         (radius_m - bend * (lateral_m + shift_m)) /
+                                         (radius_m - bend * lateral_m);
   const PathPoint<double> point =
-      path_point(along_m, lateral_m + shift_m, bend, road.straight_m, radius_m);
+      path_point(along_m, lateral_m + shift_m, bend, road.straight_m.mean, radius_m);
   state.place_m = {point.x_m, point.y_m};
   state.forward = way * Eigen::Vector2d(std::cos(point.heading_rad), std::sin(point.heading_rad));
   return state;

@@ -77,7 +77,7 @@ Site told_site(ScenePreset preset, Random& random) {
   if (preset == ScenePreset::curve) {
     site.road.kind = RoadKind::curved;
     site.road.turn = random.uniform() < 0.5 ? Turn::left : Turn::right;
-    site.road.straight_m = 15.0;
+    site.road.straight_m = {15.0, 0.0};
     const double radius_m = random.uniform(80.0, 200.0);
     site.road.radius_m = Uncertain{radius_m, 0.01 * radius_m};
   }

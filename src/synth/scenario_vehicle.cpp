@@ -41,11 +41,11 @@ VehicleScene usual(VehicleKind kind, VehicleLamps lamps) {
 // The length of the lane's path up to x; nothing where the lane never gets there.
 std::optional<double> along_of_x(const RoadSite& road, double x_m, double lateral_m) {
   const double bend = bend_of(road);
-  if (bend == 0.0 || x_m <= road.straight_m || !road.radius_m) return x_m;
+  if (bend == 0.0 || x_m <= road.straight_m.mean || !road.radius_m) return x_m;
   const double lane_radius_m = road.radius_m->mean - bend * lateral_m;
-  const double sine = (x_m - road.straight_m) / lane_radius_m;
+  const double sine = (x_m - road.straight_m.mean) / lane_radius_m;
   if (!(sine < 1.0)) return std::nullopt;
-  return road.straight_m + lane_radius_m * std::asin(sine);
+  return road.straight_m.mean + lane_radius_m * std::asin(sine);
 }
 
 void read_place(const YamlMap& map, const RoadSite& road, VehicleScene& vehicle) {

@@ -94,7 +94,7 @@ double RoadView::road_heading_rad(const Eigen::Vector2d& spot_px, const LampPlac
       beyond_m = beyond_lanes_m(at.lateral_m);
       best = at;
     }
-  return path_point(best.along_m, best.lateral_m, bend_of(site_.road), site_.road.straight_m,
+  return path_point(best.along_m, best.lateral_m, bend_of(site_.road), site_.road.straight_m.mean,
                     site_.road.radius_m->mean)
       .heading_rad;
 }
@@ -200,8 +200,9 @@ RoadPosition RoadView::road_at(const Eigen::Vector2d& spot_px, double inverse_de
 std::optional<Eigen::Vector2d> RoadView::spot_at(const RoadPosition& at) const {
   constexpr double kLeastDepth_m = 0.1;
   const bool bends = site_.road.radius_m.has_value();
-  const auto ground = path_point(at.along_m, at.lateral_m, bends ? bend_of(site_.road) : 0.0,
-                                 site_.road.straight_m, bends ? site_.road.radius_m->mean : 0.0);
+  const auto ground =
+      path_point(at.along_m, at.lateral_m, bends ? bend_of(site_.road) : 0.0,
+                 site_.road.straight_m.mean, bends ? site_.road.radius_m->mean : 0.0);
   const Eigen::Vector3d point_camera_m =
       camera_.camera_from_road() *
       (Eigen::Vector3d(ground.x_m, ground.y_m, lamp_height_m_) - camera_.position_m());
@@ -213,9 +214,11 @@ double RoadView::lateral_sigma_m(double inverse_depth_per_m) const {
   const double depth_m = 1.0 / inverse_depth_per_m;
   double bend_m = 0.0;
   if (site_.road.radius_m) {
-    const double on_bend_m = std::max(0.0, depth_m - site_.road.straight_m);
+    const double on_bend_m = std::max(0.0, depth_m - site_.road.straight_m.mean);
     const Uncertain& radius_m = *site_.road.radius_m;
-    bend_m = 0.5 * on_bend_m * on_bend_m * radius_m.std / (radius_m.mean * radius_m.mean);
+    bend_m =
+        on_bend_m / radius_m.mean *
+        std::hypot(0.5 * on_bend_m * radius_m.std / radius_m.mean, bend_begins_m(site_.road).std);
   }
   return std::hypot(site_.camera->position_m[1].std, site_.camera->yaw_rad.std * depth_m, bend_m);
 }

@@ -88,7 +88,7 @@ struct LaneSite {
 
 struct RoadSite {
   RoadKind kind = RoadKind::straight;
-  double straight_m = 0.0;
+  Uncertain straight_m;               ///< from x = 0 to where a bend begins; see bend_begins_m()
   std::optional<Uncertain> radius_m;  ///< of the line y = 0
   Turn turn = Turn::left;
   std::vector<LaneSite> lanes;

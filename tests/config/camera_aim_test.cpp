@@ -10,8 +10,6 @@
 namespace vildar {
 namespace {
 
-constexpr double kDegree = kPi / 180.0;
-
 TEST(CameraAim, AnAngleOfTheCameraLeftOutIsUnknownAndNotZero) {
   const TemporaryFolder folder;
   const std::string angles = "  yaw_deg: 0.0\n  pitch_deg: -4.0\n  roll_deg: 0.0\n";

@@ -10,8 +10,6 @@
 namespace vildar {
 namespace {
 
-constexpr double kDegree = kPi / 180.0;
-
 std::string table_of(int count, double step) {
   std::string out = "[";
   for (int i = 0; i < count; ++i) out += (i ? ", " : "") + number_text(i * step);
@@ -36,7 +34,7 @@ std::string full_site() {
   text = with(text, "mains_hz: 50",
               "- {id: pd-1, position_m: [2, 0, 5], full_scale_v: 3.3}\nmains_hz: 60");
   text = with(text, "kind: straight ", "kind: curved ");
-  text = with(text, "straight_m: 0.0 ", "straight_m: 12.5 ");
+  text = with(text, "straight_m: 0.0 ", "straight_m: {mean: 12.5, std: 0.5} ");
   text = with(text, "radius_m: 40.0 ", "radius_m: {mean: 40.0, std: 0.4} ");
   text = with(text, "turn: left ", "turn: right ");
   text = with(text, "lateral_m: -4.0", "lateral_m: {mean: -4.0, std: 0.3}");
@@ -92,7 +90,7 @@ TEST(SiteFile, EveryKeyArrivesInItsPlaceAndUnit) {
 
   EXPECT_EQ(site.mains_hz, 60.0);
   EXPECT_EQ(site.road.kind, RoadKind::curved);
-  EXPECT_EQ(site.road.straight_m, 12.5);
+  EXPECT_EQ(site.road.straight_m, (Uncertain{12.5, 0.5}));
   EXPECT_EQ(site.road.radius_m, (Uncertain{40.0, 0.4}));
   EXPECT_EQ(site.road.turn, Turn::right);
   ASSERT_EQ(site.road.lanes.size(), 2u);
@@ -288,7 +286,8 @@ TEST(SiteFile, EachRuleBrokenAloneIsNamedWithKeyAndLine) {
       {"mains_hz: 60", "mains_hz: 0", "mains_hz", "mains_hz: 0"},
       {"kind: curved", "kind: curvy", "road.kind", "curvy"},
       {"  kind: curved              # straight | curved\n", "", "road.kind", "road:"},
-      {"straight_m: 12.5", "straight_m: -1", "road.straight_m", "straight_m: -1"},
+      {"straight_m: {mean: 12.5", "straight_m: {mean: -1", "road.straight_m.mean",
+       "straight_m: {mean: -1"},
       {"radius_m: {mean: 40.0, std: 0.4}", "radius_m: 0", "road.radius_m", "radius_m: 0"},
       {"  radius_m: {mean: 40.0, std: 0.4}              # curved only\n", "", "road.radius_m",
        "road:"},

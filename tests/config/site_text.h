@@ -6,8 +6,11 @@
 #include <vector>
 
 #include "config/site_file.h"
+#include "core/quantity.h"
 
 namespace vildar {
+
+inline constexpr double kDegree = kPi / 180.0;
 
 /// The example of the contract, section 2, as it stands there.
 inline constexpr std::string_view kContractSite = R"(version: 1

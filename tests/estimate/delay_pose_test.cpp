@@ -18,7 +18,7 @@ void bend_road(Site& site, Turn turn, Uncertain radius_m, double straight_m = 0.
   site.road.kind = RoadKind::curved;
   site.road.turn = turn;
   site.road.radius_m = radius_m;
-  site.road.straight_m = straight_m;
+  site.road.straight_m.mean = straight_m;
 }
 
 TEST(DelayPose, OnAStraightRoadPhotodiodesThatStandAlikeAreAlike) {

@@ -392,7 +392,7 @@ BendView on_a_bend(Turn turn, bool yaw_rates) {
   road.kind = RoadKind::curved;
   road.turn = turn;
   road.radius_m = Uncertain{150.0, 0.0};
-  road.straight_m = 0.0;
+  road.straight_m.mean = 0.0;
   scene.view.ego_mps = 15.0;
   scene.view.ego_yaw_rad_per_s = bend_of(road) * 15.0 / 150.0;
   scene.view.to_s = 1.8;

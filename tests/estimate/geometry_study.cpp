@@ -115,7 +115,7 @@ Site curved_site(double camera_height_m, Turn turn, Uncertain radius_m) {
   site.road.kind = RoadKind::curved;
   site.road.turn = turn;
   site.road.radius_m = radius_m;
-  site.road.straight_m = 5.0;
+  site.road.straight_m.mean = 5.0;
   site.camera->yaw_rad.mean = turn == Turn::left ? 0.25 : -0.25;
   return site;
 }

@@ -15,7 +15,7 @@ PowerCase case_on(double bend, double straight_m, double cosine_exponent) {
   known.law.cosine_exponent = cosine_exponent;
   known.exponent_std = 0.05;
   known.bend = bend;
-  known.straight_m = straight_m;
+  known.straight_m = {straight_m, 2.0};
   known.radius_m = {80.0, 3.0};
   return known;
 }

@@ -54,11 +54,11 @@ struct Lamps {
 inline Lamps lamps_at(const Vehicle& vehicle, const RoadSite& road, double t_s) {
   const double s_m = vehicle.along_at_m(t_s);
   Eigen::Vector2d middle(s_m, vehicle.lateral_m), left(0.0, 1.0);
-  if (road.kind == RoadKind::curved && s_m > road.straight_m) {
+  if (road.kind == RoadKind::curved && s_m > road.straight_m.mean) {
     const double sign = road.turn == Turn::left ? 1.0 : -1.0;
-    const Eigen::Vector2d centre(road.straight_m, sign * road.radius_m->mean);
+    const Eigen::Vector2d centre(road.straight_m.mean, sign * road.radius_m->mean);
     const double radius_m = std::abs(centre.y() - vehicle.lateral_m);
-    const double beta_rad = (s_m - road.straight_m) / radius_m;
+    const double beta_rad = (s_m - road.straight_m.mean) / radius_m;
     const Eigen::Vector2d outward(std::sin(beta_rad), -sign * std::cos(beta_rad));
     middle = centre + radius_m * outward;
     left = -sign * outward;

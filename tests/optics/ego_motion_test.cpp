@@ -25,7 +25,7 @@ TEST(EgoMotion, DrivesAlongTheRoadOrAsYawRatesSay) {
   road.kind = RoadKind::curved;
   road.radius_m = Uncertain{200.0, 0.0};
   road.turn = Turn::right;
-  road.straight_m = 30.0;
+  road.straight_m.mean = 30.0;
   const EgoMotion bend(ego, road);
   const double quarter_s = (30.0 + 0.5 * kPi * 200.0) / 20.0;
   const DrivenPose turned = bend.driven({}, quarter_s);

@@ -12,13 +12,13 @@ RoadSite road_of(RoadKind kind, Turn turn, double straight_m, double radius_m) {
   RoadSite road;
   road.kind = kind;
   road.turn = turn;
-  road.straight_m = straight_m;
+  road.straight_m.mean = straight_m;
   road.radius_m = Uncertain{radius_m, 0.0};
   return road;
 }
 
 PathPoint<double> point_of(const RoadSite& road, double along_m, double lateral_m) {
-  return path_point(along_m, lateral_m, bend_of(road), road.straight_m, road.radius_m->mean);
+  return path_point(along_m, lateral_m, bend_of(road), road.straight_m.mean, road.radius_m->mean);
 }
 
 const std::vector<RoadSite> kRoads{road_of(RoadKind::straight, Turn::left, 0.0, 40.0),
@@ -77,7 +77,7 @@ TEST(Road, PositionInvertsThePath) {
       // Up to a third of a circle, which is past where x begins to shrink again.
       const double lane_radius_m = road.radius_m->mean - bend_of(road) * lateral_m;
       const double along_m =
-          random.uniform(-10.0, road.straight_m + 2.0 * kPi / 3.0 * lane_radius_m);
+          random.uniform(-10.0, road.straight_m.mean + 2.0 * kPi / 3.0 * lane_radius_m);
       const auto point = point_of(road, along_m, lateral_m);
       const RoadPosition found = road_position(road, point.x_m, point.y_m);
       EXPECT_NEAR(found.along_m, along_m, kTolerance_m);

@@ -43,7 +43,7 @@ inline Pass random_pass(double sigma_px, bool may_be_curved) {
     pass.site.road.kind = RoadKind::curved;
     pass.site.road.turn = *rc::gen::element(Turn::left, Turn::right);
     pass.site.road.radius_m = Uncertain{between(150.0, 400.0), 0.0};
-    pass.site.road.straight_m = between(0.0, 20.0);
+    pass.site.road.straight_m.mean = between(0.0, 20.0);
   }
   pass.view.frame_rate_hz = 15.0;
   pass.view.sigma_px = sigma_px;

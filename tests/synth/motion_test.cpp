@@ -56,7 +56,7 @@ TEST(StateAt, ALaneChangeIsSmoothAndItsSpeedThatOfThePath) {
     if (curved) {
       road.kind = RoadKind::curved;
       road.radius_m = Uncertain{60.0, 0.0};
-      road.straight_m = 10.0;
+      road.straight_m.mean = 10.0;
     }
     VehicleScene vehicle = car_at(70.0, 18.0);
     vehicle.acceleration_mps2 = -1.0;

@@ -61,7 +61,7 @@ TEST(RoadView, OnABendTheLanesTellHowAFarPairIsTurned) {
   site.camera->pitch_rad = {};
   site.road.kind = RoadKind::curved;
   site.road.turn = Turn::left;
-  site.road.straight_m = 0.0;
+  site.road.straight_m.mean = 0.0;
   site.road.radius_m = Uncertain{120.0, 0.0};
   site.road.lanes = {{"own", {0.0, 0.3}, 3.5, Direction::receding},
                      {"other", {3.5, 0.3}, 3.5, Direction::oncoming}};
@@ -89,7 +89,7 @@ TEST(RoadView, SpotOfAPlaceOnTheRoad) {
     if (bends) {
       site.road.kind = RoadKind::curved;
       site.road.turn = Turn::left;
-      site.road.straight_m = 20.0;
+      site.road.straight_m.mean = 20.0;
       site.road.radius_m = Uncertain{150.0, 1.0};
     }
     const RoadView view(site);
