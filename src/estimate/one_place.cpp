@@ -107,12 +107,34 @@ double brighter(const TrackRow& one, const TrackRow& other) {
   return std::max(brightest_flux(one), kLeastFlux) / std::max(brightest_flux(other), kLeastFlux);
 }
 
+// Whether a lamp of `one` is drawn out beside those of `other`: taller for its width, and with less
+// light for its size, as an image on a rough wet road is.
+bool drawn_out(const TrackRow& one, const TrackRow& other) {
+  constexpr double kTaller = 1.2;
+  struct Shape {
+    double flux = 0.0, flux_per_px = 0.0, slenderness = 0.0;
+  };
+  const auto shape_of = [](const TrackRow& row) {
+    Shape brightest;
+    for (const auto& lamp : {row.sighting.left, row.sighting.right}) {
+      if (!lamp || lamp->flux <= brightest.flux) continue;
+      const double width_px = lamp->box.u_max - lamp->box.u_min + 1.0;
+      const double height_px = lamp->box.v_max - lamp->box.v_min + 1.0;
+      brightest = {lamp->flux, lamp->flux / (width_px * height_px), height_px / width_px};
+    }
+    return brightest;
+  };
+  const Shape a = shape_of(one), b = shape_of(other);
+  return a.slenderness > kTaller * b.slenderness && a.flux_per_px < b.flux_per_px;
+}
+
 // Of the frames that show both: how far `carrier` is, and how far `upper` seems to be by its
 // elevation, as if its lamps were as high as the carrier's. `in_line` is the share in which they
 // stand one above the other.
 struct Together {
   std::vector<double> carrier_m, upper_m;
   std::vector<double> brighter;  // the upper lamps over the carrier's
+  double drawn_out = 0.0;        // share in which the carrier's are, beside the upper
   double in_line = 0.0;
   double mean_off_m = 0.0;  // across, where the carrier is
 };
@@ -142,12 +164,14 @@ Together seen_together(const VehicleEstimate& upper, const VehicleEstimate& carr
     const double off_rad = above_rad->x() - carrier_rad->x();
     seen.mean_off_m += *b.range_m * off_rad;
     seen.brighter.push_back(brighter(a, b));
+    seen.drawn_out += drawn_out(b, a);
     seen.carrier_m.push_back(*b.range_m);
     seen.upper_m.push_back(*b.range_m * std::tan(carrier_down) / std::tan(upper_down));
   });
   const auto count = static_cast<double>(std::max<std::size_t>(1, seen.carrier_m.size()));
   seen.in_line = in_line / std::max(1.0, looks);
   seen.mean_off_m /= count;
+  seen.drawn_out /= count;
   return seen;
 }
 
@@ -159,6 +183,7 @@ struct InLine {
   double over_m = 0.0;      // over the carrier's, if those are where they seem to be
   double mean_off_m = 0.0;  // across
   double brighter = 0.0;    // the upper lamps over the carrier's
+  bool drawn_out = false;   // the carrier's lamps, mostly
 };
 
 std::optional<InLine> keeps_in_line(const VehicleEstimate& upper, const VehicleEstimate& carrier,
@@ -184,8 +209,9 @@ std::optional<InLine> keeps_in_line(const VehicleEstimate& upper, const VehicleE
       std::hypot(fit->residual_sigma / std::sqrt(static_cast<double>(frames)),
                  fit->slope_sigma * mean_m) /
       fit->slope;
-  InLine found{fit->slope, fit->intercept / fit->slope, over_lamps_m * (1.0 - 1.0 / fit->slope),
-               seen.mean_off_m, median(seen.brighter)};
+  InLine found{
+      fit->slope,      fit->intercept / fit->slope, over_lamps_m * (1.0 - 1.0 / fit->slope),
+      seen.mean_off_m, median(seen.brighter),       seen.drawn_out > 0.5};
   if (std::abs(found.back_m) > kMostBack_m || back_sigma_m > kMostBackSigma_m) return std::nullopt;
   return found;
 }
@@ -255,8 +281,9 @@ bool mirrors(const VehicleEstimate& lower, const VehicleEstimate& source, double
              double lamp_height_m) {
   constexpr double kLeast_m = 0.3, kSlack = 1.15, kAside_m = 0.35, kMostBack_m = 2.0;
   const auto line = keeps_in_line(source, lower, over_lamps_m);
-  if (!line || !(line->brighter > 1.0) || std::abs(line->mean_off_m) > kAside_m ||
-      std::abs(line->back_m) > kMostBack_m)
+  // A streak of light that clips has more of it than the lamp, over more pixels.
+  if (!line || !(line->brighter > 1.0 || line->drawn_out) ||
+      std::abs(line->mean_off_m) > kAside_m || std::abs(line->back_m) > kMostBack_m)
     return false;
   // The image of a smooth road stands as far below the road as the lamp above it; a rough road
   // draws it out upward.

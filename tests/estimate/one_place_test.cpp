@@ -57,7 +57,7 @@ Site curve() {
   site.road.kind = RoadKind::curved;
   site.road.turn = Turn::right;
   site.road.radius_m = Uncertain{60.0, 0.0};
-  site.road.straight_m = 10.0;
+  site.road.straight_m.mean = 10.0;
   return site;
 }
 
@@ -196,6 +196,22 @@ VehicleEstimate image_of(const Vehicle& car, double height_m, double strength) {
   View view = kLong;
   view.flux_at_1m *= strength;
   return estimate_of(2, image, Frames::all, view);
+}
+
+VehicleEstimate seen_as(VehicleEstimate estimate, int width_px, int height_px) {
+  for (TrackRow& row : estimate.rows)
+    for (auto* lamp : {&row.sighting.left, &row.sighting.right})
+      if (*lamp) (*lamp)->box = {0, 0, width_px - 1, height_px - 1};
+  return estimate;
+}
+
+TEST(OnePlace, AStreakThatClipsIsAnImageThoughItHasMoreLightThanItsLamp) {
+  const VehicleEstimate car = seen_as(estimate_of(1, kCar, Frames::all), 8, 8);
+  const VehicleEstimate image = image_of(kCar, -0.65, 4.0);
+  EXPECT_TRUE(mirrors(seen_as(image, 8, 40), car, kOverLamps_m, kLampHeight_m));
+  // Too much light for its size, and no taller than what is above it: lamps.
+  EXPECT_FALSE(mirrors(seen_as(image, 8, 16), car, kOverLamps_m, kLampHeight_m));
+  EXPECT_FALSE(mirrors(seen_as(image, 20, 20), car, kOverLamps_m, kLampHeight_m));
 }
 
 TEST(OnePlace, AnImageOnAWetRoadIsNoVehicle) {
