@@ -112,6 +112,41 @@ std::optional<StandingPlace> standing_place(const std::vector<Look>& looks, cons
   return StandingPlace{aside.place_m, sigma_of(aside), above.place_m, sigma_of(above)};
 }
 
+// Bearings of a light, headed `goes` away from the camera or toward it.
+struct LaneWay {
+  bool goes = false;
+  std::vector<double> times_s;
+  std::vector<Eigen::Vector2d> bearings;
+};
+
+// Whether it keeps a constant speed `aside_m` from the camera, which looks `yaw_rad` further left
+// than its site file says.
+bool drives_along(const LaneWay& seen, double aside_m, double yaw_rad, const RoadView& view) {
+  constexpr double kLeastAside_m = 2.0, kNearest_m = 3.0, kFarthest_m = 150.0, kTimesNearer = 1.33;
+  constexpr double kSlowest_mps = 3.0, kFastest_mps = 70.0, kMostOff_px = 3.0, kSigmas = 2.5;
+  if (std::abs(aside_m) < kLeastAside_m) return false;
+  std::vector<double> ahead_m;
+  for (const Eigen::Vector2d& bearing : seen.bearings) {
+    const double at_m = aside_m / (bearing.x() + yaw_rad);
+    const double up_m = view.camera_height_m() + bearing.y() * at_m;
+    const double slack_m = kSigmas * view.slope_sigma(0.0) * at_m;
+    if (!(at_m > kNearest_m && at_m < kFarthest_m) || up_m + slack_m < kLowest_m ||
+        up_m - slack_m > kHighest_m)
+      return false;
+    ahead_m.push_back(at_m);
+  }
+  const auto [nearest, farthest] = std::ranges::minmax_element(ahead_m);
+  const RobustLine way = least_deviations_line(seen.times_s, ahead_m);
+  const double drives_mps = (seen.goes ? 1.0 : -1.0) * way.slope;
+  if (*farthest < kTimesNearer * *nearest || drives_mps < kSlowest_mps || drives_mps > kFastest_mps)
+    return false;
+  double sum_px2 = 0.0;
+  for (std::size_t i = 0; i < ahead_m.size(); ++i)
+    sum_px2 +=
+        std::pow(view.focal_px() * aside_m * (1.0 / way.at(seen.times_s[i]) - 1.0 / ahead_m[i]), 2);
+  return sum_px2 < kMostOff_px * kMostOff_px * static_cast<double>(ahead_m.size());
+}
+
 }  // namespace
 
 bool comes_in_a_lane(const std::vector<LampRecord>& records, const RoadView& view) {
@@ -148,43 +183,20 @@ bool comes_in_a_lane(const std::vector<LampRecord>& records, const RoadView& vie
 
 bool passes_in_a_lane(const std::vector<LampRecord>& records, LampKind kind, const RoadView& view) {
   constexpr std::size_t kFewest = 8;
-  constexpr double kLeastAside_m = 2.0, kNearest_m = 3.0, kFarthest_m = 150.0, kTimesNearer = 1.33;
-  constexpr double kSlowest_mps = 3.0, kFastest_mps = 70.0, kMostOff_px = 3.0, kSigmas = 2.5;
+  // A camera that looks aside by so much is tried, and by whole steps of it as far as may be.
+  constexpr double kYawStep_rad = radians_from_degrees(0.5), kYawSigmas = 2.0;
   if (records.size() < kFewest || view.bends() || view.moving_sensor()) return false;
-  const bool goes = kind == LampKind::taillamp;
-  std::vector<double> times_s;
-  std::vector<Eigen::Vector2d> bearings;
+  LaneWay seen{kind == LampKind::taillamp, {}, {}};
   for (std::size_t i = 0; i < records.size(); i += looked_at_every(records)) {
-    times_s.push_back(seconds_of(records[i].time));
-    bearings.push_back(view.bearing(records[i].at_px));
+    seen.times_s.push_back(seconds_of(records[i].time));
+    seen.bearings.push_back(view.bearing(records[i].at_px));
   }
+  const auto steps = static_cast<int>(kYawSigmas * view.yaw_sigma_rad() / kYawStep_rad);
   for (const double lane_m :
-       view.lane_centres_m(goes ? Direction::receding : Direction::oncoming)) {
-    const double aside_m = lane_m - view.camera_lateral_m();
-    if (std::abs(aside_m) < kLeastAside_m) continue;
-    std::vector<double> ahead_m;
-    for (const Eigen::Vector2d& bearing : bearings) {
-      const double at_m = aside_m / bearing.x();
-      const double up_m = view.camera_height_m() + bearing.y() * at_m;
-      const double slack_m = kSigmas * view.slope_sigma(0.0) * at_m;
-      if (!(at_m > kNearest_m && at_m < kFarthest_m) || up_m + slack_m < kLowest_m ||
-          up_m - slack_m > kHighest_m)
-        break;
-      ahead_m.push_back(at_m);
-    }
-    if (ahead_m.size() < bearings.size()) continue;
-    const auto [nearest, farthest] = std::ranges::minmax_element(ahead_m);
-    const RobustLine way = least_deviations_line(times_s, ahead_m);
-    const double drives_mps = (goes ? 1.0 : -1.0) * way.slope;
-    if (*farthest < kTimesNearer * *nearest || drives_mps < kSlowest_mps ||
-        drives_mps > kFastest_mps)
-      continue;
-    double sum_px2 = 0.0;
-    for (std::size_t i = 0; i < ahead_m.size(); ++i)
-      sum_px2 +=
-          std::pow(view.focal_px() * aside_m * (1.0 / way.at(times_s[i]) - 1.0 / ahead_m[i]), 2);
-    if (sum_px2 < kMostOff_px * kMostOff_px * static_cast<double>(ahead_m.size())) return true;
-  }
+       view.lane_centres_m(seen.goes ? Direction::receding : Direction::oncoming))
+    for (int step = -steps; step <= steps; ++step)
+      if (drives_along(seen, lane_m - view.camera_lateral_m(), step * kYawStep_rad, view))
+        return true;
   return false;
 }
 

@@ -4,6 +4,7 @@
 
 #include <functional>
 
+#include "core/quantity.h"
 #include "optics/camera.h"
 #include "scene.h"
 
@@ -57,6 +58,24 @@ TEST(PassesInALane, WhatStandsOrGoesTheOtherWayOrIsHighUpDoesNot) {
   EXPECT_FALSE(
       passes(seen(site(), 3.5, 0.8, [](double t_s) { return 20.0 + 15.0 * std::abs(t_s - 1.2); }),
              LampKind::headlamp));
+}
+
+// The camera looks 3 degrees further left than its site file says.
+TEST(PassesInALane, WhereTheCameraLooksIsKnownNoBetterThanTold) {
+  Site truth = site();
+  truth.camera->yaw_rad.mean += radians_from_degrees(3.0);
+  Site told = site();
+  for (const auto& [std_deg, finds] : {std::pair(5.0, true), std::pair(0.2, false)}) {
+    told.camera->yaw_rad.std = radians_from_degrees(std_deg);
+    const RoadView view(told);
+    const auto in = seen(truth, 3.5, 0.8, [](double t_s) { return 45.0 - 10.0 * t_s; });
+    const auto out = seen(truth, -4.5, 0.8, [](double t_s) { return 12.0 + 10.0 * t_s; });
+    EXPECT_EQ(passes_in_a_lane(in, LampKind::headlamp, view), finds) << std_deg;
+    EXPECT_EQ(passes_in_a_lane(out, LampKind::taillamp, view), finds) << std_deg;
+    EXPECT_FALSE(passes_in_a_lane(out, LampKind::headlamp, view));
+    EXPECT_FALSE(passes_in_a_lane(seen(truth, 3.5, 0.8, [](double) { return 30.0; }),
+                                  LampKind::headlamp, view));
+  }
 }
 
 TEST(PassesInALane, FewLooksAndBendsTellNothing) {
