@@ -21,7 +21,7 @@ constexpr double kBefore_s = 0.5, kAfter_s = 4.0;
 constexpr double kPast_s = 0.5;
 // Before it is in view a vehicle shines for as long as makes a difference.
 constexpr double kComing_s = 2.0;
-constexpr double kForever = std::numeric_limits<double>::infinity();
+constexpr double kUnbounded_s = std::numeric_limits<double>::infinity();
 
 bool overlap(ClipInterval one, ClipInterval other) {
   return one.from_s < other.to_s && other.from_s < one.to_s;
@@ -189,7 +189,7 @@ std::optional<PowerTrace> alone_on_trace(const PowerTrace& trace, double time_of
             [](const ClipInterval& a, const ClipInterval& b) { return a.from_s < b.from_s; });
   ClipInterval best{0.0, 0.0};
   double best_own_s = kLeastAlone_s;
-  double free_from_s = -kForever;
+  double free_from_s = -kUnbounded_s;
   const auto consider = [&](double free_to_s) {
     const double own_s = std::min(free_to_s, own.to_s) - std::max(free_from_s, own.from_s);
     if (own_s < best_own_s) return;
@@ -200,7 +200,7 @@ std::optional<PowerTrace> alone_on_trace(const PowerTrace& trace, double time_of
     if (one.from_s > free_from_s) consider(one.from_s);
     free_from_s = std::max(free_from_s, one.to_s);
   }
-  consider(kForever);
+  consider(kUnbounded_s);
   if (!(best.to_s > best.from_s)) return std::nullopt;
 
   const double from_s = std::max(best.from_s, own.from_s - kMargin_s) - time_offset_s;

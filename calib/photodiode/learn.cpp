@@ -58,14 +58,14 @@ LinearPass linear_of(const PassGainRatio& ratio) {
   return pass;
 }
 
-struct Found {
+struct FoundRatio {
   Learned learned;
   Population population;
   int passes = 0, strangers = 0;
 };
 
-Found learn_ratio(std::vector<LinearPass> passes, double prior_std) {
-  Found found;
+FoundRatio learn_ratio(std::vector<LinearPass> passes, double prior_std) {
+  FoundRatio found;
   for (;; ++found.strangers) {
     found.population.mean = {0.0, prior_std};
     found.population.likely_spread = found.population.spread = kLikelySpread;
@@ -80,7 +80,7 @@ Found learn_ratio(std::vector<LinearPass> passes, double prior_std) {
   }
 }
 
-LearnedGain settle(std::size_t photodiode, const Found& found, Site& site) {
+LearnedGain settle(std::size_t photodiode, const FoundRatio& found, Site& site) {
   Uncertain& ratio = site.photodiodes[photodiode].gain_ratio;
   LearnedGain gain;
   gain.key = "photodiodes[" + std::to_string(photodiode) + "].gain_ratio";
@@ -121,7 +121,7 @@ Outcome<GainLearning> learn_gains(std::span<const LitPass> passes, const Site& s
           prior_std = ratio.prior_std;
         }
     if (told.empty()) continue;
-    const Found found = learn_ratio(std::move(told), prior_std);
+    const FoundRatio found = learn_ratio(std::move(told), prior_std);
     if (found.strangers > 0) learning.left_out["unlike_the_others"] += found.strangers;
     learning.gains.push_back(settle(photodiode, found, learning.site));
   }

@@ -85,8 +85,8 @@ std::vector<double> crowded_s(const std::vector<PassTimes>& passes) {
   std::ranges::sort(crowds, std::greater<>());
   std::vector<double> found;
   for (const auto& [count, one_s] : crowds)
-    if (found.size() < kMost && std::ranges::none_of(found, [&](double other_s) {
-          return std::abs(other_s - one_s) < kAbout_s;
+    if (found.size() < kMost && std::ranges::none_of(found, [at_s = one_s](double other_s) {
+          return std::abs(other_s - at_s) < kAbout_s;
         }))
       found.push_back(one_s);
   return found;
@@ -165,17 +165,17 @@ std::vector<Population> populations_of(double prior_std_s, std::size_t photodiod
   return all;
 }
 
-struct Found {
+struct FoundOffset {
   int passes = 0;
   Learned learned;
   double spread_s = 0.0;
 };
 
 // Nothing where too few passes tell of it.
-std::optional<Found> learn_offset(std::vector<LinearPass> told, double prior_std_s,
-                                  std::size_t photodiodes) {
+std::optional<FoundOffset> learn_offset(std::vector<LinearPass> told, double prior_std_s,
+                                        std::size_t photodiodes) {
   for (;;) {
-    Found found;
+    FoundOffset found;
     found.passes = static_cast<int>(told.size());
     if (found.passes < kFewestClockPasses) return std::nullopt;
     std::vector<Population> populations = populations_of(prior_std_s, photodiodes);

@@ -5,14 +5,9 @@
 #include <limits>
 #include <string>
 
-namespace vildar {
+#include "core/text.h"
 
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t\r";
-  const std::size_t first = text.find_first_not_of(kBlanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
+namespace vildar {
 
 std::optional<double> number_in_cell(std::string_view cell) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();

@@ -64,7 +64,4 @@ inline bool read_plain_number(const char*& cell, double& value) {
 /// `inf`, or a number beyond the range of a double; nullopt for anything else that is not a number.
 std::optional<double> number_in_cell(std::string_view cell);
 
-/// `text` without blanks at either end.
-std::string_view trimmed(std::string_view text);
-
 }  // namespace vildar

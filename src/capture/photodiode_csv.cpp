@@ -14,6 +14,7 @@
 #include "capture/csv_header.h"
 #include "capture/csv_number.h"
 #include "core/error.h"
+#include "core/text.h"
 
 namespace vildar {
 namespace {

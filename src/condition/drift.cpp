@@ -12,7 +12,7 @@
 namespace vildar {
 namespace {
 
-constexpr double kBlock_s = 0.2;
+constexpr double kLevelBlock_s = 0.2;
 constexpr double kLeastSamples = 4.0;
 constexpr double kLongestPass_s = 30.0;
 constexpr double kSigmas = 6.0;
@@ -42,7 +42,7 @@ double scatter_of(const std::vector<double>& power_w) {
 
 Levels levels_of(const PowerTrace& trace) {
   Levels levels;
-  levels.block_s = std::max(kBlock_s, kLeastSamples * trace.sample_period_s);
+  levels.block_s = std::max(kLevelBlock_s, kLeastSamples * trace.sample_period_s);
   std::vector<double> sigmas_w;
   for (const PowerBlock& block :
        block_means(trace, trace.time_s.front(), trace.time_s.back(), levels.block_s)) {

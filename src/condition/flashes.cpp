@@ -13,7 +13,7 @@
 namespace vildar {
 namespace {
 
-constexpr double kSigmas = 12.0;
+constexpr double kFlashSigmas = 12.0;
 constexpr double kLongest_s = 0.5, kRise_s = 1e-3, kStep_s = 4e-3;
 
 /// Light that comes up at once and goes again.
@@ -28,7 +28,7 @@ class Looks {
   explicit Looks(const PowerTrace& trace)
       : trace_(trace),
         dark_w_(dark_level_w(trace.power_w)),
-        jump_w_(kSigmas * trace.noise_sigma_w),
+        jump_w_(kFlashSigmas * trace.noise_sigma_w),
         rise_(samples_in(kRise_s, 2)),
         step_(samples_in(kStep_s, 1)) {}
 

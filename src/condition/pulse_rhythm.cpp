@@ -13,8 +13,6 @@ namespace {
 constexpr double kWindow_s = 0.025;  // two periods of the slowest
 constexpr std::size_t kFewestSamples = 8;
 
-double phase_of(double periods) { return periods - std::floor(periods); }
-
 PulseWindow window_of(const PowerTrace& trace, std::size_t first, std::size_t samples,
                       double dark_w) {
   constexpr std::size_t kEnough = 64;
@@ -185,7 +183,7 @@ std::optional<PulseStretch> stretch_about(double middle_s, std::span<const doubl
   std::vector<double> duties;
   for (const double one_s : down_s)
     if (one_s >= stretch.from_s && one_s <= stretch.to_s + best->period_s)
-      duties.push_back(phase_of(best->periods_at(one_s)));
+      duties.push_back(PulseRhythm::phase_of(best->periods_at(one_s)));
   if (duties.empty()) return std::nullopt;
   const double middle_duty = median_of(duties);
   const double reach = (kMostSamples * sample_s + kMostPeriods * best->period_s) / best->period_s;

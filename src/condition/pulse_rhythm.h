@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -40,6 +41,8 @@ struct PulseRhythm {
   double on_s = 0.0, period_s = 0.0, duty = 0.0;
 
   double periods_at(double time_s) const { return (time_s - on_s) / period_s; }
+  /// Within a period, 0 to 1.
+  static double phase_of(double periods) { return periods - std::floor(periods); }
 };
 
 /// What is of one vehicle.

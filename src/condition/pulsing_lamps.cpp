@@ -15,7 +15,7 @@
 namespace vildar {
 namespace {
 
-struct Level {
+struct Brightness {
   double time_s = 0.0, power_w = 0.0;
   double rise_w = 0.0;  ///< of its last sample over its first
   int samples = 0;
@@ -23,13 +23,11 @@ struct Level {
 
 constexpr std::size_t kFewestWindows = 12;
 
-double phase_of(double periods) { return periods - std::floor(periods); }
-
-double at_time(const std::vector<Level>& levels, std::size_t& next, double time_s) {
+double at_time(const std::vector<Brightness>& levels, std::size_t& next, double time_s) {
   while (next < levels.size() && levels[next].time_s < time_s) ++next;
   if (next == 0) return levels.front().power_w;
   if (next == levels.size()) return levels.back().power_w;
-  const Level &a = levels[next - 1], &b = levels[next];
+  const Brightness &a = levels[next - 1], &b = levels[next];
   return std::lerp(a.power_w, b.power_w, (time_s - a.time_s) / (b.time_s - a.time_s));
 }
 
@@ -108,8 +106,8 @@ class Turns {
       if (phase > after && phase < rhythm_.duty - before) return Turn::on;
       return phase > rhythm_.duty + after && phase < 1.0 - before ? Turn::off : Turn::neither;
     };
-    const std::vector<Level> on = levels(Turn::on, turn_of);
-    const std::vector<Level> off = levels(Turn::off, turn_of);
+    const std::vector<Brightness> on = levels(Turn::on, turn_of);
+    const std::vector<Brightness> off = levels(Turn::off, turn_of);
     for (const auto* each : {&on, &off})
       if (!smooth(*each) || !flat(*each)) return false;
     std::size_t next_on = 0, next_off = 0;
@@ -131,7 +129,7 @@ class Turns {
       return std::lerp(sums_w[whole], sums_w[whole + 1], place - static_cast<double>(whole));
     };
     std::vector<float> means_w;
-    std::vector<Level> each;
+    std::vector<Brightness> each;
     for (std::size_t i = first_; i < end_; ++i) {
       const double middle = static_cast<double>(i - first_) + 0.5;
       const double from = middle - 0.5 * per_period_, to = middle + 0.5 * per_period_;
@@ -159,9 +157,9 @@ class Turns {
   static constexpr std::size_t kFewestLevels = 8;
 
   /// Means of the samples of each such turn.
-  std::vector<Level> levels(Turn turn, const auto& turn_of) const {
-    std::vector<Level> levels;
-    Level sum;
+  std::vector<Brightness> levels(Turn turn, const auto& turn_of) const {
+    std::vector<Brightness> levels;
+    Brightness sum;
     double number = NAN, first_w = 0.0, last_w = 0.0;
     const auto close = [&] {
       if (sum.samples > 0)
@@ -170,7 +168,8 @@ class Turns {
       sum = {};
     };
     for (std::size_t i = first_; i < end_; ++i) {
-      const double periods = rhythm_.periods_at(trace_.time_s[i]), phase = phase_of(periods);
+      const double periods = rhythm_.periods_at(trace_.time_s[i]),
+                   phase = PulseRhythm::phase_of(periods);
       if (turn_of(i, phase) != turn) continue;
       if (std::floor(periods) != number) close();
       number = std::floor(periods);
@@ -185,7 +184,7 @@ class Turns {
   }
 
   /// Calls `use(k, window)` for levels between two others where edges were seen.
-  void where_clear(const std::vector<Level>& levels, const auto& use) const {
+  void where_clear(const std::vector<Brightness>& levels, const auto& use) const {
     for (std::size_t k = 1; k + 1 < levels.size(); ++k) {
       if (levels[k - 1].time_s < stretch_.from_s || levels[k + 1].time_s > stretch_.to_s) continue;
       const auto sample = static_cast<std::size_t>(
@@ -197,12 +196,12 @@ class Turns {
 
   /// Whether levels go on from one to the next as light of a vehicle does: no slow edges and no
   /// other light's pulses are in them.
-  bool smooth(const std::vector<Level>& levels) const {
+  bool smooth(const std::vector<Brightness>& levels) const {
     constexpr double kUneven = 0.06, kSigmas = 3.0;          // of the jump
     constexpr double kSigmaFromMedian = 0.6744897501960817;  // median of |x|, x standard normal
     std::vector<double> bends, noises;
     where_clear(levels, [&](std::size_t k, const PulseWindow& window) {
-      const Level &a = levels[k - 1], &b = levels[k], &c = levels[k + 1];
+      const Brightness &a = levels[k - 1], &b = levels[k], &c = levels[k + 1];
       const double share = (b.time_s - a.time_s) / (c.time_s - a.time_s);
       bends.push_back(std::abs(b.power_w - std::lerp(a.power_w, c.power_w, share)) /
                       window.jump_w());
@@ -213,7 +212,7 @@ class Turns {
   }
 
   /// Whether levels hold for a turn, as far as they are of several samples.
-  bool flat(const std::vector<Level>& levels) const {
+  bool flat(const std::vector<Brightness>& levels) const {
     constexpr double kRises = 0.04;  // of the jump
     std::vector<double> rises, noises;
     where_clear(levels, [&](std::size_t k, const PulseWindow& window) {

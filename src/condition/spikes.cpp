@@ -12,13 +12,13 @@
 namespace vildar {
 namespace {
 
-constexpr float kSigmas = 12.0F, kShareOfLight = 1.0F / 3.0F, kChanges = 2.0F;
+constexpr float kSpikeSigmas = 12.0F, kShareOfLight = 1.0F / 3.0F, kChanges = 2.0F;
 constexpr std::ptrdiff_t kWidest = 2;  // samples
 
 std::vector<SampleRange> spikes_in(const PowerTrace& trace) {
   const std::vector<float>& power_w = trace.power_w;
   const auto n = static_cast<std::ptrdiff_t>(power_w.size());
-  const float noise_w = kSigmas * static_cast<float>(trace.noise_sigma_w);
+  const float noise_w = kSpikeSigmas * static_cast<float>(trace.noise_sigma_w);
   const float dark_w = dark_level_w(power_w);
   const float* at = power_w.data();
   std::vector<SampleRange> found;

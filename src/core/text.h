@@ -13,6 +13,9 @@ std::string number_text(double value);
 /// `value` with a fixed number of digits after the point; empty where it is not finite.
 std::string fixed_text(double value, int digits);
 
+/// `text` without blanks, tabs and carriage returns at either end.
+std::string_view trimmed(std::string_view text);
+
 /// The candidate with the smallest edit distance to `name`, or empty where none is near enough
 /// (more than a third of its letters, and more than 2, differ).
 std::string_view nearest_name(std::string_view name, std::span<const std::string_view> candidates);

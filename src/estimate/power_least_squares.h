@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "estimate/power_problem.h"
 
 namespace vildar {
@@ -12,10 +14,13 @@ struct PowerCost {
   Eigen::MatrixXd information;
 };
 
+/// Plain squares: no residual is so large that it counts linearly.
+inline constexpr double kNoLoss = std::numeric_limits<double>::infinity();
+
 /// Least squares of whitened residuals and priors over the parameters that are not known exactly.
 class PowerLeastSquares {
  public:
-  /// `huber_sigma`: residuals beyond count linearly; infinity: plain squares.
+  /// `huber_sigma`: residuals beyond count linearly.
   PowerLeastSquares(const PowerSamples& samples, const PowerKnowledge& known,
                     const PowerSetting& setting, double huber_sigma);
 

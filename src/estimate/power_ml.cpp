@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "estimate/power_estimators.h"
@@ -10,7 +9,6 @@
 namespace vildar {
 namespace {
 
-constexpr double kNoLoss = std::numeric_limits<double>::infinity();
 constexpr int kMostIterations = 80;
 
 // Noise from successive differences: the light of a vehicle changes slowly next to the sampling.

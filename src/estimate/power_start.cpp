@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "estimate/power_inverse.h"
 #include "estimate/power_least_squares.h"
 
 namespace vildar {
 namespace {
-
-constexpr double kNoLoss = std::numeric_limits<double>::infinity();
 
 // Means over stretches of about ten samples, 8 to 30 of them.
 PowerSamples block_means(const PowerSamples& samples) {

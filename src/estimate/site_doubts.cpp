@@ -101,9 +101,9 @@ void doubt_the_lanes(std::span<const VehicleResult> vehicles, const RoadSite& ro
 void doubt_the_bend(std::span<const VehicleResult> vehicles, std::vector<std::string>& doubts) {
   for (const auto& [direction, name] :
        {std::pair(Direction::oncoming, "oncoming"), std::pair(Direction::receding, "receding")}) {
-    const Pulls pulls = pulls_of("acceleration", vehicles, [&](const VehicleResult& vehicle) {
-      return vehicle.direction == direction;
-    });
+    const Pulls pulls = pulls_of(
+        "acceleration", vehicles,
+        [side = direction](const VehicleResult& vehicle) { return vehicle.direction == side; });
     if (!pulls.alike(0.9, 3.0)) continue;
     const double mean_mps2 = pulls.mean_acceleration_mps2;
     doubts.push_back(std::to_string(pulls.count) + " " + name + " vehicles seem to " +

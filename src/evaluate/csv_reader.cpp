@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "core/error.h"
+#include "core/text.h"
 
 namespace vildar {
 namespace {
@@ -35,12 +36,6 @@ bool split(std::string_view line, std::vector<std::string>& cells) {
   }
   cells.push_back(std::move(cell));
   return !quoted;
-}
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 namespace vildar {
 namespace {
 
-using Outcome = VehicleScore::Outcome;
+using Fate = VehicleScore::Outcome;
 
 struct SquareSum {
   double sum = 0.0;
@@ -68,7 +68,7 @@ VehicleScore score_of(const TruthVehicle& truth, const RunVehicle& run) {
   score.track_id = run.track_id;
   score.withheld = run.outcome.withheld;
   score.stated = run.outcome.speed;
-  score.outcome = score.stated ? Outcome::measured : Outcome::withheld;
+  score.outcome = score.stated ? Fate::measured : Fate::withheld;
   if (score.stated) score.true_mps = truth.speed_at(score.stated->t_ref_s);
   score.wrong_direction =
       !truth.direction.empty() && !run.direction.empty() && truth.direction != run.direction;
@@ -97,20 +97,20 @@ void count(Evaluation& result) {
   std::vector<SpeedPair> pairs;
   for (const VehicleScore& score : result.vehicles) {
     switch (score.outcome) {
-      case Outcome::measured:
+      case Fate::measured:
         ++result.in_view, ++result.matched, ++result.measured;
         if (!score.true_mps) ++result.without_truth;
         break;
-      case Outcome::withheld:
+      case Fate::withheld:
         ++result.in_view, ++result.matched, ++result.withheld[score.withheld];
         break;
-      case Outcome::missed: ++result.in_view, ++result.missed; break;
-      case Outcome::not_in_view: ++result.not_in_view; break;
-      case Outcome::duplicate: ++result.false_speeds, ++result.duplicates; break;
-      case Outcome::false_speed: ++result.false_speeds; break;
+      case Fate::missed: ++result.in_view, ++result.missed; break;
+      case Fate::not_in_view: ++result.not_in_view; break;
+      case Fate::duplicate: ++result.false_speeds, ++result.duplicates; break;
+      case Fate::false_speed: ++result.false_speeds; break;
     }
     result.wrong_direction += score.wrong_direction;
-    if (score.outcome == Outcome::measured)
+    if (score.outcome == Fate::measured)
       if (const auto pair = score.pair()) pairs.push_back(*pair);
   }
   result.speed = speed_statistics(pairs);
@@ -139,7 +139,7 @@ Evaluation evaluate(const std::vector<TruthVehicle>& truth, const RunFolder& run
       VehicleScore& score = result.vehicles.emplace_back();
       score.vehicle_id = truth[i].id;
       score.lane = truth[i].lane;
-      score.outcome = in_view(truth[i], truth_has_pixels) ? Outcome::missed : Outcome::not_in_view;
+      score.outcome = in_view(truth[i], truth_has_pixels) ? Fate::missed : Fate::not_in_view;
       continue;
     }
     const RunVehicle& vehicle = run.vehicles[*matching.run_of_truth[i]];
@@ -158,9 +158,9 @@ Evaluation evaluate(const std::vector<TruthVehicle>& truth, const RunFolder& run
     VehicleScore& score = result.vehicles.emplace_back();
     score.track_id = vehicle.track_id;
     score.stated = vehicle.outcome.speed;
-    score.outcome = Outcome::false_speed;
+    score.outcome = Fate::false_speed;
     if (const auto of = matching.duplicate_of[j]) {
-      score.outcome = Outcome::duplicate;
+      score.outcome = Fate::duplicate;
       score.vehicle_id = truth[*of].id;
       score.lane = truth[*of].lane;
       score.true_mps = truth[*of].speed_at(vehicle.outcome.speed->t_ref_s);
@@ -180,12 +180,12 @@ Evaluation evaluate(const std::vector<TruthVehicle>& truth, const RunFolder& run
 
 std::string_view name_of(VehicleScore::Outcome outcome) {
   switch (outcome) {
-    case Outcome::measured: return "measured";
-    case Outcome::withheld: return "withheld";
-    case Outcome::missed: return "missed";
-    case Outcome::not_in_view: return "not_in_view";
-    case Outcome::false_speed: return "false";
-    case Outcome::duplicate: return "duplicate";
+    case Fate::measured: return "measured";
+    case Fate::withheld: return "withheld";
+    case Fate::missed: return "missed";
+    case Fate::not_in_view: return "not_in_view";
+    case Fate::false_speed: return "false";
+    case Fate::duplicate: return "duplicate";
   }
   return "unknown";
 }

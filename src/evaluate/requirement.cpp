@@ -80,12 +80,6 @@ std::size_t total(const std::map<std::string, std::size_t>& by_reason) {
   return sum;
 }
 
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(' ');
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(' ') - first + 1);
-}
-
 [[noreturn]] void refuse(std::string_view text, std::string fault, std::string remedy) {
   throw ConfigError({Problem{"--require \"" + std::string(text) + "\"", 0, "", std::move(fault),
                              std::move(remedy)}});

@@ -46,17 +46,17 @@ double scaled_bessel_i0(double x) {
 }
 
 /// An angle whose functions are asked for again and again.
-struct Turn {
+struct SineCosine {
   double cosine, sine, cosine_of_four;
-  explicit Turn(double angle_rad)
+  explicit SineCosine(double angle_rad)
       : cosine(std::cos(angle_rad)),
         sine(std::sin(angle_rad)),
         cosine_of_four(std::cos(4.0 * angle_rad)) {}
 };
 
 /// The middles of so many equal parts of an angle.
-std::vector<Turn> turns(double angle_rad, int parts) {
-  std::vector<Turn> all;
+std::vector<SineCosine> turns(double angle_rad, int parts) {
+  std::vector<SineCosine> all;
   for (int i = 0; i < parts; ++i) all.emplace_back(angle_rad * (i + 0.5) / parts);
   return all;
 }
@@ -70,8 +70,8 @@ struct PixelMean {
     constexpr double kNode = 0.3872983346207417;  // Gauss and Legendre: sqrt(3/5) / 2
     constexpr double kPlaces[3] = {-kNode, 0.0, kNode};
     constexpr double kWeights[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
-    static const std::vector<Turn> angles = turns(kPi / 4.0, 3);
-    for (const Turn& angle : angles) {
+    static const std::vector<SineCosine> angles = turns(kPi / 4.0, 3);
+    for (const SineCosine& angle : angles) {
       const double u = radius_px * angle.cosine, v = radius_px * angle.sine;
       double mean = 0.0;
       for (int i = 0; i < 3; ++i)
@@ -193,8 +193,8 @@ double DiscImage::Tables::wing_of_disc(double radius_px, double disc_px) const {
   const double middle_px = std::max(disc_px, radius_px), half_px = std::min(disc_px, radius_px);
   if (!(half_px > 0.0)) return sum / (kPi * disc_px * disc_px);
   constexpr int kPlaces = 32;
-  static const std::vector<Turn> places = turns(kPi, kPlaces);
-  for (const Turn& place : places) {
+  static const std::vector<SineCosine> places = turns(kPi, kPlaces);
+  for (const SineCosine& place : places) {
     const double t_px = middle_px - half_px * place.cosine;
     const double cosine =
         (radius_px * radius_px + t_px * t_px - disc_px * disc_px) / (2.0 * radius_px * t_px);

@@ -19,13 +19,6 @@ namespace {
 constexpr double kMetresPerFoot = 0.3048;
 constexpr double kMostAngles = 10'000.0;
 
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t\r";
-  const std::size_t start = text.find_first_not_of(kBlanks);
-  if (start == std::string_view::npos) return {};
-  return text.substr(start, text.find_last_not_of(kBlanks) - start + 1);
-}
-
 [[noreturn]] void fail(const std::filesystem::path& file, int line, const std::string& fault,
                        const std::string& remedy) {
   throw InputError(file.string() + ":" + std::to_string(line) + ": " + fault + "; " + remedy);

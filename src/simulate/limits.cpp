@@ -103,9 +103,9 @@ Report bounds(const Options& options) {
 
 Report efficiency(const Options& options) {
   Report report{"efficiency", {}, {}, {}};
-  constexpr std::array kMethods{PowerMethod::paper_ls, PowerMethod::weighted_ls,
-                                PowerMethod::max_likelihood, PowerMethod::huber,
-                                PowerMethod::kalman};
+  static constexpr std::array kMethods{PowerMethod::paper_ls, PowerMethod::weighted_ls,
+                                       PowerMethod::max_likelihood, PowerMethod::huber,
+                                       PowerMethod::kalman};
   std::uint64_t stream = 20000;
   for (const bool cosine : cosine_readings(options)) {
     Table table{"efficiency-" + cosine_tag(cosine),

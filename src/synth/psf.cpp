@@ -12,7 +12,6 @@ namespace {
 constexpr double kSmallestNear_px = 48.0;
 constexpr double kNearPerDisc = 3.0;
 constexpr double kGaussianReach = 6.0;  // sigmas; beyond lies 1e-9 of the core
-constexpr double kLargestDisc_px = 1000.0;
 
 // The wing of discs is tabulated over ln(disc radius) and over asinh(r / (a + disc radius)), in
 // units of 1 / (a + disc radius)^2: the curves of neighbouring discs then nearly coincide.

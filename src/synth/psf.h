@@ -29,6 +29,9 @@ class LampProfile {
   double extension_[3] = {0.0, 0.0, 0.0};  ///< of far() inside: c0 + c1 r^2 + c2 r^4
 };
 
+/// Radius of the largest disc that a lamp profile is made of.
+inline constexpr double kLargestDisc_px = 1000.0;
+
 /// Makes lamp profiles; the slow part is done once. Thread-safe after construction.
 class Psf {
  public:
@@ -36,7 +39,8 @@ class Psf {
   /// Throws std::invalid_argument outside the ranges of PsfShape.
   Psf(const PsfShape& shape, double reach_px);
 
-  /// `disc_radius_px` in (0, 1000]; throws std::domain_error outside. Valid while this Psf lives.
+  /// `disc_radius_px` in (0, kLargestDisc_px]; throws std::domain_error outside. Valid while this
+  /// Psf lives.
   LampProfile profile(double disc_radius_px) const;
   const PsfShape& shape() const { return shape_; }
   /// Wing of a point source, without its share.

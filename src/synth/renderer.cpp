@@ -12,7 +12,6 @@ namespace vildar {
 namespace {
 
 constexpr double kSmallestDisc_px = 0.01;  // a point, to any PSF that a camera has
-constexpr double kLargestDisc_px = 1000.0;
 
 const CameraSite& camera_of(const Scenario& scenario) {
   if (!scenario.site.camera) throw std::invalid_argument("Renderer: the site has no camera");

@@ -12,7 +12,7 @@ namespace vildar {
 namespace {
 
 // Centres of lights are not trusted beyond this.
-constexpr double kLeastSigma_px = 0.05;
+constexpr double kLeastSightingSigma_px = 0.05;
 // More frames are solved in parts, each of which has a mean pose of its own; and of a street full
 // of lit windows the longest seen tell enough, where the effort grows with the cube of their
 // number.
@@ -78,10 +78,10 @@ std::vector<CameraTurn> DriveAttitude::turns_between(std::size_t from, std::size
       const auto number = numbers.find(light);
       if (number == numbers.end()) continue;
       const DrivenPose seen_from = ego_.driven(moments_[i].pose, sighting.time_s);
-      problem.sightings.push_back({i - from, number->second, sighting.time_s,
-                                   Eigen::Vector2d(seen_from.x_m, seen_from.y_m),
-                                   seen_from.heading_rad, sighting.at_px / focal_px_,
-                                   std::max(sighting.sigma_px, kLeastSigma_px) / focal_px_});
+      problem.sightings.push_back(
+          {i - from, number->second, sighting.time_s, Eigen::Vector2d(seen_from.x_m, seen_from.y_m),
+           seen_from.heading_rad, sighting.at_px / focal_px_,
+           std::max(sighting.sigma_px, kLeastSightingSigma_px) / focal_px_});
     }
   const auto found = solve_turns(problem);
   std::vector<CameraTurn> turns;

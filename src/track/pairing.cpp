@@ -16,7 +16,7 @@
 namespace vildar {
 namespace {
 
-constexpr int kMemory = 15;  // frames of the running mean
+constexpr int kLooksKept = 15;  // frames of the running mean
 constexpr int kLooksToJoin = 4;
 constexpr double kMostChi2ToJoin = 13.0;
 constexpr double kMostChi2ToStay = 17.0;
@@ -159,7 +159,7 @@ void Pairing::look_at_pairs(const Lamps& lamps, std::int64_t frame) {
         look.chi2 += kBetweenChi2;
         look.log_odds -= 0.5 * kBetweenChi2;
       }
-      known->looks = std::min(known->looks + 1, kMemory);
+      known->looks = std::min(known->looks + 1, kLooksKept);
       known->chi2 += (std::min(look.chi2, kMostChi2Counted) - known->chi2) / known->looks;
       known->log_odds += (std::max(look.log_odds, kLeastLogOdds) - known->log_odds) / known->looks;
       known->inverse_depth_per_m = look.fit.inverse_depth_per_m;
@@ -286,8 +286,8 @@ void Pairing::join(Evidence& pair, Vehicles& vehicles, std::int64_t frame) {
       if (other->left && other->right &&
           same_body(*other, middle_px, pair.width_per_depth, view_) &&
           !outshines(*left, *right, *other, false)) {
-        left->on_vehicle.add(true, kMemory);
-        right->on_vehicle.add(true, kMemory);
+        left->on_vehicle.add(true, kLooksKept);
+        right->on_vehicle.add(true, kLooksKept);
         return;
       }
     vehicle = vehicles.emplace_back(std::make_unique<Vehicle>()).get();
@@ -316,7 +316,7 @@ void Pairing::refresh(Vehicles& vehicles, std::int64_t frame, CameraTime time) {
       const PairLook look = look_at_pair(*left, *right, view_);
       const PairFit& fit = look.fit;
       const double chi2 = std::min(kMostChi2Counted, look.chi2);
-      vehicle->chi2 += (chi2 - vehicle->chi2) / kMemory;
+      vehicle->chi2 += (chi2 - vehicle->chi2) / kLooksKept;
       vehicle->inverse_depth_per_m = fit.inverse_depth_per_m;
       vehicle->width_per_depth = fit.width_per_depth;
       ++vehicle->both_seen;

@@ -333,9 +333,7 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
   for (auto& vehicle : waiting_)
     if (seconds_of(frame.time) - seconds_of(last_seen(*vehicle)) >= kLongestWait_s) end(vehicle);
   std::erase(waiting_, nullptr);
-  std::erase_if(lamps_, [&](const auto& lamp) {
-    return std::find(lost.begin(), lost.end(), lamp.get()) != lost.end();
-  });
+  std::erase_if(lamps_, [&](auto& lamp) { return std::ranges::count(lost, lamp.get()) > 0; });
   for (VehicleTrack& track : lone_.take_done(frame.time, lamps_, view_))
     report(Verdict::vehicle, std::move(track), ended);
   forget_ended(frame.time);
@@ -427,9 +425,8 @@ void Tracker::Impl::name_kinds(BlobFrame& frame, const std::vector<Spot>& spots)
   constexpr double kShare = 0.5;
   constexpr int kLooks = 3;
   for (const auto& [index, lamp] : seen_) {
-    if (std::none_of(lamps_.begin(), lamps_.end(),
-                     [&](const auto& one) { return one.get() == lamp; }))
-      continue;
+    const auto is_it = [lamp = lamp](const auto& one) { return one.get() == lamp; };
+    if (std::ranges::none_of(lamps_, is_it)) continue;
     Blob& blob = frame.blobs[static_cast<std::size_t>(spots[index].blob - frame.blobs.data())];
     if (lamp->vehicle)
       blob.kind = lamp->vehicle->kind;

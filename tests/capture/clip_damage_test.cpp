@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "all_frames.h"
 #include "capture/clip_source.h"
 #include "core/error.h"
 #include "core/random.h"
@@ -11,12 +12,6 @@ namespace vildar {
 namespace {
 
 using test::ClipSpec;
-
-std::vector<Frame> all_frames(ClipSource& source) {
-  std::vector<Frame> frames;
-  while (std::optional<Frame> frame = source.next()) frames.push_back(std::move(*frame));
-  return frames;
-}
 
 std::string error_of(const std::filesystem::path& path) {
   try {

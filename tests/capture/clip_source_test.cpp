@@ -6,6 +6,7 @@ extern "C" {
 #include <libavutil/frame.h>
 }
 
+#include "all_frames.h"
 #include "support/clip_writer.h"
 #include "support/temporary_folder.h"
 
@@ -13,12 +14,6 @@ namespace vildar {
 namespace {
 
 using test::ClipSpec;
-
-std::vector<Frame> all_frames(ClipSource& source) {
-  std::vector<Frame> frames;
-  while (std::optional<Frame> frame = source.next()) frames.push_back(std::move(*frame));
-  return frames;
-}
 
 int pattern(int frame, int u, int v) { return (7 * frame + 3 * u + 5 * v) % 256; }
 

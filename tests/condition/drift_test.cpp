@@ -11,8 +11,8 @@
 namespace vildar {
 namespace {
 
-constexpr double kSigma_w = 2e-4;
-constexpr double kRate_hz = 200.0;
+constexpr double kDriftSigma_w = 2e-4;
+constexpr double kDriftRate_hz = 200.0;
 constexpr double kAmbient_w = 0.5;
 
 using Light = std::function<double(double)>;
@@ -28,9 +28,9 @@ Light vehicle(double at_s, double speed_mps) {
 PowerTrace trace_of(double duration_s, const std::vector<Light>& lights, std::uint64_t seed) {
   Random random(seed);
   PowerTrace trace;
-  for (int k = 0; k < duration_s * kRate_hz; ++k) {
-    const double time_s = k / kRate_hz;
-    double power_w = kAmbient_w + random.normal(0.0, kSigma_w);
+  for (int k = 0; k < duration_s * kDriftRate_hz; ++k) {
+    const double time_s = k / kDriftRate_hz;
+    double power_w = kAmbient_w + random.normal(0.0, kDriftSigma_w);
     for (const Light& light : lights) power_w += light(time_s);
     trace.time_s.push_back(time_s);
     trace.power_w.push_back(static_cast<float>(power_w));
@@ -58,7 +58,7 @@ double worst_error_w(const PowerTrace& trace, const std::vector<Light>& lights) 
 }
 
 // Five sigmas of a mean over 0.5 s, of two independent ones: the samples' and the level's.
-const double kNoise_w = 5.0 * std::sqrt(2.0) * kSigma_w / std::sqrt(0.5 * kRate_hz);
+const double kBlockNoise_w = 5.0 * std::sqrt(2.0) * kDriftSigma_w / std::sqrt(0.5 * kDriftRate_hz);
 
 struct Change {
   const char* name;
@@ -79,7 +79,7 @@ TEST(RemoveDrift, ChangesOfTheAmbientAreNoPasses) {
     PowerTrace trace = trace_of(300.0, {change.light}, seed++);
     remove_drift(trace);
     EXPECT_GT(trace.drift_w, 0.03) << change.name;
-    EXPECT_LT(worst_error_w(trace, {}), 0.02 * 0.05 + kNoise_w) << change.name;
+    EXPECT_LT(worst_error_w(trace, {}), 0.02 * 0.05 + kBlockNoise_w) << change.name;
     EXPECT_TRUE(find_passes(trace).empty()) << change.name;
   }
 }
@@ -94,7 +94,7 @@ TEST(RemoveDrift, PassesKeepTheirLight) {
     PowerTrace trace = trace_of(300.0, lights, seed++);
     remove_drift(trace);
     // A cloud bends by up to 5 % of its light within the 30 s that a pass may last.
-    EXPECT_LT(worst_error_w(trace, vehicles), 0.05 * 0.05 + kNoise_w) << change.name;
+    EXPECT_LT(worst_error_w(trace, vehicles), 0.05 * 0.05 + kBlockNoise_w) << change.name;
     const std::vector<PowerPass> passes = find_passes(trace);
     ASSERT_EQ(passes.size(), vehicles.size()) << change.name;
     EXPECT_NEAR(passes[2].peak_s, 110.0, 0.03) << change.name;
@@ -115,7 +115,7 @@ TEST(RemoveDrift, ACrawlingVehicleKeepsItsLight) {
   PowerTrace trace = trace_of(120.0, vehicles, 41);
   remove_drift(trace);
   // From further than 48 m it is as slow as dusk: 1.1 % of the 0.04 W that it gives abreast.
-  EXPECT_LT(worst_error_w(trace, vehicles), 0.011 * 0.04 + kNoise_w);
+  EXPECT_LT(worst_error_w(trace, vehicles), 0.011 * 0.04 + kBlockNoise_w);
 }
 
 TEST(RemoveDrift, AStreamOfTrafficWithoutADarkMomentIsNoAmbient) {
@@ -124,7 +124,7 @@ TEST(RemoveDrift, AStreamOfTrafficWithoutADarkMomentIsNoAmbient) {
   PowerTrace trace = trace_of(200.0, vehicles, 50);
   remove_drift(trace);
   // The first of them is ambient until 3 s before it stands out: 1 % of its 0.04 W.
-  EXPECT_LT(worst_error_w(trace, vehicles), 0.01 * 0.04 + kNoise_w);
+  EXPECT_LT(worst_error_w(trace, vehicles), 0.01 * 0.04 + kBlockNoise_w);
 }
 
 TEST(RemoveDrift, ShortOrEmptyTracesStay) {

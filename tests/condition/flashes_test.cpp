@@ -10,7 +10,7 @@
 namespace vildar {
 namespace {
 
-constexpr double kSigma_w = 1e-10;
+constexpr double kFlashSigma_w = 1e-10;
 
 /// A vehicle that goes by at 5 s and is gone at once, over a level with noise; 2.2e-8 W of light
 /// from 30 m, 1.25e-6 W at most.
@@ -19,7 +19,7 @@ PowerTrace trace_at(double rate_hz) {
   PowerTrace trace;
   for (int k = 0; k < static_cast<int>(10.0 * rate_hz); ++k) {
     const double time_s = k / rate_hz, range_m = 30.0 * (5.0 - time_s);
-    double light_w = 2e-8 + random.normal(0.0, kSigma_w);
+    double light_w = 2e-8 + random.normal(0.0, kFlashSigma_w);
     if (range_m > 0.0) light_w += 2e-5 / (range_m * range_m + 16.0);
     trace.time_s.push_back(time_s);
     trace.power_w.push_back(static_cast<float>(light_w));
@@ -47,7 +47,7 @@ TEST(DropFlashes, ThoseOfACameraAndOfLightningGo) {
         for (std::size_t i = 0, of = 0; i < trace.power_w.size(); ++i, ++of) {
           while (clean.time_s[of] != trace.time_s[i]) ++of;
           const double own_w = clean.power_w[of] - 2e-8;
-          EXPECT_LT(trace.power_w[i] - clean.power_w[of], 0.02 * own_w + 12.0 * kSigma_w)
+          EXPECT_LT(trace.power_w[i] - clean.power_w[of], 0.02 * own_w + 12.0 * kFlashSigma_w)
               << rate_hz << " Hz, " << fades_s << " s, at " << at_s << ": " << trace.time_s[i];
         }
         EXPECT_GT(100 * trace.power_w.size(), 90 * clean.power_w.size());

@@ -11,7 +11,7 @@
 namespace vildar {
 namespace {
 
-constexpr double kSigma_w = 1e-4;
+constexpr double kFlickerSigma_w = 1e-4;
 constexpr double kPass_w = 0.04;  // abreast, 5 m away
 
 double vehicle_w(double time_s) {
@@ -39,7 +39,7 @@ PowerTrace trace_of(const Scene& scene, Random& random) {
                            scene.multiple_w * std::sin(4.0 * turn + 1.0) +
                            scene.hum_w * std::sin(turn + 2.0);
     trace.time_s.push_back(time_s);
-    trace.power_w.push_back(static_cast<float>(light_w + random.normal(0.0, kSigma_w)));
+    trace.power_w.push_back(static_cast<float>(light_w + random.normal(0.0, kFlickerSigma_w)));
   }
   set_noise(trace);
   return trace;
@@ -84,9 +84,9 @@ TEST(RemoveFlicker, IsTakenOutTenTimesOverTheSignal) {
       remove_flicker(trace, mains_hz < 55.0 ? 50.0 : 60.0);
       ASSERT_NEAR(trace.mains_hz, mains_hz, 0.01) << rate_hz;
       EXPECT_NEAR(trace.flicker_w, 0.4, 0.004) << rate_hz;
-      EXPECT_LT(error_w(trace, 1.0, 10.0), 1.1 * kSigma_w + kLeft * 0.4)
+      EXPECT_LT(error_w(trace, 1.0, 10.0), 1.1 * kFlickerSigma_w + kLeft * 0.4)
           << mains_hz << " sampled at " << rate_hz;
-      EXPECT_LT(error_w(trace, 10.0, 13.0), 1.1 * kSigma_w + kLeft * 0.4 + 0.01 * kPass_w)
+      EXPECT_LT(error_w(trace, 10.0, 13.0), 1.1 * kFlickerSigma_w + kLeft * 0.4 + 0.01 * kPass_w)
           << "beside a pass; " << mains_hz << " sampled at " << rate_hz;
     }
   }
@@ -99,7 +99,7 @@ TEST(RemoveFlicker, PassesAreFoundUnderIt) {
     remove_flicker(trace, 50.0);  // a wrong or missing mains_hz is found out
     set_noise(trace);
     EXPECT_NEAR(trace.mains_hz, mains_hz, 0.01);
-    EXPECT_NEAR(trace.noise_sigma_w, kSigma_w, 0.15 * kSigma_w);
+    EXPECT_NEAR(trace.noise_sigma_w, kFlickerSigma_w, 0.15 * kFlickerSigma_w);
     const std::vector<PowerPass> passes = find_passes(trace);
     ASSERT_EQ(passes.size(), 1U) << mains_hz;
     EXPECT_NEAR(passes[0].peak_s, 12.0, 0.03);
@@ -114,14 +114,14 @@ TEST(RemoveFlicker, IsFollowedWhereItChanges) {
   PowerTrace trace = trace_of(scene, random);
   remove_flicker(trace, 50.0);
   // Mean over 1.1 s of a sine of 0.3 rad/s: 1 - 0.3^2 1.1^2 / 24 of it.
-  EXPECT_LT(error_w(trace, 2.0, 18.0), 1.1 * kSigma_w + 0.005 * 0.4);
+  EXPECT_LT(error_w(trace, 2.0, 18.0), 1.1 * kFlickerSigma_w + 0.005 * 0.4);
 }
 
 TEST(RemoveFlicker, StampsThatTellUnevenSamplingAreUsed) {
   Random random(4);
   PowerTrace trace = trace_of({.mains_hz = 50.07, .jitter_s = 4e-4}, random);
   remove_flicker(trace, 50.0);
-  EXPECT_LT(error_w(trace, 1.0, 10.0), 1.1 * kSigma_w + 2e-3 * 0.4);
+  EXPECT_LT(error_w(trace, 1.0, 10.0), 1.1 * kFlickerSigma_w + 2e-3 * 0.4);
 }
 
 TEST(RemoveFlicker, StampsSince1970AreNoOtherTrace) {
@@ -147,7 +147,7 @@ TEST(RemoveFlicker, AClockThatIsSetOnTheWayIsAGap) {
   remove_flicker(trace, 50.0);
   EXPECT_NEAR(trace.mains_hz, 50.07, 0.01);
   trace.time_s = times_s;
-  EXPECT_LT(error_w(trace, 1.0, 10.0), 1.1 * kSigma_w + 2e-3 * 0.4);
+  EXPECT_LT(error_w(trace, 1.0, 10.0), 1.1 * kFlickerSigma_w + 2e-3 * 0.4);
 }
 
 TEST(RemoveFlicker, ATraceWithoutItStays) {

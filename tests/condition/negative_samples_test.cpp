@@ -10,7 +10,7 @@
 namespace vildar {
 namespace {
 
-constexpr double kSigma_w = 1e-9;
+constexpr double kNegativeSigma_w = 1e-9;
 
 /// Ten seconds at 1 kHz: a level, 100 Hz flicker, noise.
 PowerTrace trace_of(double level_w, double flicker_w) {
@@ -18,8 +18,8 @@ PowerTrace trace_of(double level_w, double flicker_w) {
   PowerTrace trace;
   for (int k = 0; k < 10'000; ++k) {
     const double time_s = 1e-3 * k;
-    const double light_w =
-        level_w + flicker_w * std::sin(2.0 * kPi * 100.0 * time_s) + random.normal(0.0, kSigma_w);
+    const double light_w = level_w + flicker_w * std::sin(2.0 * kPi * 100.0 * time_s) +
+                           random.normal(0.0, kNegativeSigma_w);
     trace.time_s.push_back(time_s);
     trace.power_w.push_back(static_cast<float>(light_w));
   }
@@ -34,15 +34,15 @@ TEST(DropNegative, NoiseAboutZeroStays) {
 }
 
 TEST(DropNegative, AnAmplifierWithItsZeroTooLowStays) {
-  PowerTrace trace = trace_of(-200 * kSigma_w, 0.0);
+  PowerTrace trace = trace_of(-200 * kNegativeSigma_w, 0.0);
   EXPECT_EQ(drop_negative(trace), 0);
-  PowerTrace flickering = trace_of(0.0, 200 * kSigma_w);
+  PowerTrace flickering = trace_of(0.0, 200 * kNegativeSigma_w);
   EXPECT_EQ(drop_negative(flickering), 0) << "of a lamp whose mean was taken off";
 }
 
 TEST(DropNegative, SamplesThatNoLightGivesGo) {
-  for (const double flicker_w : {0.0, 5 * kSigma_w}) {
-    PowerTrace trace = trace_of(50 * kSigma_w, flicker_w);
+  for (const double flicker_w : {0.0, 5 * kNegativeSigma_w}) {
+    PowerTrace trace = trace_of(50 * kNegativeSigma_w, flicker_w);
     for (std::size_t i = 100; i < 400; ++i) trace.power_w[i] *= -1.0F;
     set_noise(trace);
     EXPECT_EQ(drop_negative(trace), 300) << flicker_w;

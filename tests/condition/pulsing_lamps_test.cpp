@@ -13,7 +13,7 @@
 namespace vildar {
 namespace {
 
-constexpr double kSigma_w = 1e-10, kLevel_w = 2e-8;
+constexpr double kPulseSigma_w = 1e-10, kLevel_w = 2e-8;
 
 struct Lamps {
   double frequency_hz = 0.0, duty = 1.0, phase = 0.0;
@@ -47,7 +47,7 @@ PowerTrace trace_of(std::initializer_list<Lamps> vehicles, double rate_hz, bool 
   PowerTrace trace;
   for (int k = 0; k < static_cast<int>(12.0 * rate_hz); ++k) {
     const double time_s = k / rate_hz;
-    double light_w = kLevel_w + random.normal(0.0, kSigma_w);
+    double light_w = kLevel_w + random.normal(0.0, kPulseSigma_w);
     for (const Lamps& lamps : vehicles)
       light_w += mean_light_w(lamps, time_s) / lamps.duty *
                  lamps.share(time_s, averages ? 1.0 / rate_hz : 0.0);

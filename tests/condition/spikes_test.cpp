@@ -10,10 +10,10 @@
 namespace vildar {
 namespace {
 
-constexpr double kSigma_w = 1e-10;
+constexpr double kSpikeSigma_w = 1e-10;
 
 /// Vehicles that come and vanish at once at 5 and 15 s of 20 s, over a level with noise.
-PowerTrace trace_at(double rate_hz, double noise_w = kSigma_w) {
+PowerTrace trace_at(double rate_hz, double noise_w = kSpikeSigma_w) {
   Random random(3);
   PowerTrace trace;
   const auto samples = static_cast<int>(20.0 * rate_hz);
@@ -32,7 +32,7 @@ PowerTrace trace_at(double rate_hz, double noise_w = kSigma_w) {
 
 TEST(DropSpikes, LightOfVehiclesStaysAtAnyRate) {
   for (const double rate_hz : {100.0, 250.0, 1000.0, 10000.0})
-    for (const double noise_w : {0.0, kSigma_w, 30.0 * kSigma_w}) {
+    for (const double noise_w : {0.0, kSpikeSigma_w, 30.0 * kSpikeSigma_w}) {
       PowerTrace trace = trace_at(rate_hz, noise_w);
       const std::size_t samples = trace.power_w.size();
       EXPECT_EQ(drop_spikes(trace), 0) << rate_hz << " Hz, noise " << noise_w;

@@ -14,7 +14,6 @@ namespace vildar {
 namespace {
 
 constexpr int kSize_px = 65;
-const PsfShape kGlare{0.9, 0.03, 2.0, 2.5};
 
 TEST(LampFit, FindsALampFarBeyondFullWell) {
   const LinearCamera camera;

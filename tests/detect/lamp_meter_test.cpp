@@ -13,23 +13,22 @@
 namespace vildar {
 namespace {
 
-constexpr int kSize_px = 121;
-const PsfShape kGlare{0.9, 0.03, 2.0, 2.5};
+constexpr int kSide_px = 121;
 
 Frame frame_of(const std::vector<double>& light, std::uint64_t seed) {
-  scene::Picture picture(kSize_px, kSize_px, 0.01);
+  scene::Picture picture(kSide_px, kSide_px, 0.01);
   Random random(seed);
-  for (int v = 0; v < kSize_px; ++v)
-    for (int u = 0; u < kSize_px; ++u) {
+  for (int v = 0; v < kSide_px; ++v)
+    for (int u = 0; u < kSide_px; ++u) {
       double& here = picture.at(u, v);
-      here += light[static_cast<std::size_t>(v * kSize_px + u)];
+      here += light[static_cast<std::size_t>(v * kSide_px + u)];
       here += random.normal(0.0, std::sqrt(here / DetectOptions{}.full_well_electrons));
     }
   return picture.frame8(0.6, seed + 1000);
 }
 
 TEST(LampMeter, MeasuresThePairOfAVehicleWhereItsPixelsClip) {
-  LampPictures pictures(kGlare, kSize_px);
+  LampPictures pictures(kGlare, kSide_px);
   Detector detector(DetectOptions{}, Response(), std::nullopt, PsfSite{kGlare, 0.0});
   Detector without(DetectOptions{}, Response(), std::nullopt);
   constexpr int kTrials = 12;
@@ -74,29 +73,29 @@ Frame coded(const Frame& frame, std::uint64_t seed, double patch_error_codes = 4
   constexpr double kSide = 0.08;
   auto codes = std::make_shared<std::vector<std::uint8_t>>();
   Random random(seed);
-  std::vector<double> errors(static_cast<std::size_t>(kSize_px * kSize_px));
+  std::vector<double> errors(static_cast<std::size_t>(kSide_px * kSide_px));
   for (double& error : errors) error = random.normal(0.0, patch_error_codes);
   const auto code = [&](int u, int v) {
     return static_cast<double>(
-        frame.luma.code(std::clamp(u, 0, kSize_px - 1), std::clamp(v, 0, kSize_px - 1)));
+        frame.luma.code(std::clamp(u, 0, kSide_px - 1), std::clamp(v, 0, kSide_px - 1)));
   };
-  for (int v = 0; v < kSize_px; ++v)
-    for (int u = 0; u < kSize_px; ++u) {
+  for (int v = 0; v < kSide_px; ++v)
+    for (int u = 0; u < kSide_px; ++u) {
       const double beside = code(u - 1, v) + code(u + 1, v) + code(u, v - 1) + code(u, v + 1);
       const double here = (1.0 - 4.0 * kSide) * code(u, v) + kSide * beside +
-                          errors[static_cast<std::size_t>(v / 2 * kSize_px + u / 2)];
+                          errors[static_cast<std::size_t>(v / 2 * kSide_px + u / 2)];
       codes->push_back(static_cast<std::uint8_t>(
           std::lround(std::clamp(here, 0.0, static_cast<double>(frame.luma.white_code)))));
     }
   Frame out = frame;
   out.luma.data = codes->data();
-  out.luma.stride_bytes = kSize_px;
+  out.luma.stride_bytes = kSide_px;
   out.luma.owner = codes;
   return out;
 }
 
 TEST(LampMeter, KnowsLampsOfCodedPicturesLessWell) {
-  LampPictures pictures(kGlare, kSize_px);
+  LampPictures pictures(kGlare, kSide_px);
   DetectOptions lossy;
   lossy.lossy = true;
   constexpr int kTrials = 20;
@@ -134,7 +133,7 @@ TEST(LampMeter, KnowsLampsOfCodedPicturesLessWell) {
 
 // What coding does to rims passes for another radius and light; it moves no lamp.
 TEST(LampMeter, TellsTheLightOfCodedPicturesWhereRimsCountLittle) {
-  LampPictures pictures(kGlare, kSize_px);
+  LampPictures pictures(kGlare, kSide_px);
   DetectOptions lossy;
   lossy.lossy = true;
   constexpr int kTrials = 20;
@@ -170,7 +169,7 @@ TEST(LampMeter, TellsTheLightOfCodedPicturesWhereRimsCountLittle) {
 // In a picture coded badly a far lamp's radius is hardly told by one picture, and its light with
 // it.
 TEST(LampMeter, KeepsLightOfCodedPicturesThatARadiusWouldTell) {
-  LampPictures pictures(kGlare, kSize_px);
+  LampPictures pictures(kGlare, kSide_px);
   DetectOptions lossy;
   lossy.lossy = true;
   constexpr int kTrials = 20;
@@ -203,7 +202,7 @@ TEST(LampMeter, KeepsLightOfCodedPicturesThatARadiusWouldTell) {
 // A lamp that is new may turn out to shine otherwise than its rim said: its neighbours are fitted
 // again, but none that its light does not reach.
 TEST(LampMeter, LampsFarOffChangeNothing) {
-  LampPictures pictures(kGlare, kSize_px);
+  LampPictures pictures(kGlare, kSide_px);
   const double flux = pictures.flux(2.0, 60.0);
   Detector detector(DetectOptions{}, Response(), std::nullopt);
   const Frame frame = frame_of(pictures.of({LampPictures::lamp(20.3, 60.2, 2.0, flux),
@@ -236,9 +235,9 @@ TEST(LampMeter, LampsFarOffChangeNothing) {
 
 TEST(LampMeter, WhatIsNoDiscIsMarkedAndKeepsItsPlainMeasures) {
   // A bar of light, as a lit sign: no lamp has this picture.
-  std::vector<double> light(static_cast<std::size_t>(kSize_px * kSize_px), 0.0);
+  std::vector<double> light(static_cast<std::size_t>(kSide_px * kSide_px), 0.0);
   for (int v = 56; v < 65; ++v)
-    for (int u = 50; u < 64; ++u) light[static_cast<std::size_t>(v * kSize_px + u)] = 0.6;
+    for (int u = 50; u < 64; ++u) light[static_cast<std::size_t>(v * kSide_px + u)] = 0.6;
   Detector detector(DetectOptions{}, Response(), std::nullopt, PsfSite{kGlare, 0.0});
   const BlobFrame found = detector.detect(frame_of(light, 7));
   ASSERT_EQ(found.blobs.size(), 1U);

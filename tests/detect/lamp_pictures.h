@@ -8,6 +8,9 @@
 
 namespace vildar {
 
+/// A core of 0.9 px and wings.
+inline const PsfShape kGlare{0.9, 0.03, 2.0, 2.5};
+
 /// Square pictures of lamps, row by row in the unit of the lamps' flux: the profiles of the
 /// renderer integrated over each pixel, three Gauss points a side, and along the lamp's way.
 class LampPictures {

@@ -10,15 +10,15 @@ namespace vildar {
 namespace {
 
 using simulated::Diode;
+using simulated::kTypical;
 using simulated::mast_site;
 using simulated::trace_of;
 using simulated::track_of;
 using simulated::Vehicle;
 using simulated::View;
 
-constexpr Vehicle kTypical{20.0, 0.0, 60.0, -4.0, 0.65, 1.2};
 // Frames are few in these tests to keep the trajectory fit short.
-constexpr View kNoiseless{.to_s = 2.0, .frame_rate_hz = 15.0, .sigma_px = 1e-7};
+constexpr View kExactView{.to_s = 2.0, .frame_rate_hz = 15.0, .sigma_px = 1e-7};
 constexpr double kGain_db = -45.0;
 
 Site diode_site() {
@@ -71,7 +71,7 @@ VehicleResult measured(const Site& site, const View& view, const PowerTrace* tra
 constexpr double kTwoLamps = 2e-3;
 
 TEST(CameraIntensity, FindsTheSpeedWithItsOwnGain) {
-  const VehicleResult result = measured(mast_site(4.0), kNoiseless);
+  const VehicleResult result = measured(mast_site(4.0), kExactView);
   const MethodResult& row = method_of(result, Method::power_slope_camera);
   EXPECT_NEAR(speed_of(row) / 20.0, 1.0, kTwoLamps);
   EXPECT_EQ(row.k_source, "bearings");
@@ -82,7 +82,7 @@ TEST(CameraIntensity, FindsTheSpeedWithItsOwnGain) {
 TEST(CameraIntensity, FindsTheSpeedWithTheSitesGain) {
   Site site = mast_site(4.0);
   site.camera->gain_db = Uncertain{10.0 * std::log10(2000.0), 2.0};
-  const VehicleResult result = measured(site, kNoiseless);
+  const VehicleResult result = measured(site, kExactView);
   const MethodResult& row = method_of(result, Method::power_slope_camera);
   EXPECT_NEAR(speed_of(row) / 20.0, 1.0, kTwoLamps);
   EXPECT_EQ(row.k_source, "site");
@@ -94,7 +94,7 @@ TEST(CameraIntensity, FindsTheSpeedWithTheSitesGain) {
 TEST(CameraIntensity, IsWithheldWherePixelsClip) {
   const Site site = mast_site(4.0);
   Random random(1);
-  VehicleTrack track = track_of(kTypical, site, kNoiseless, random);
+  VehicleTrack track = track_of(kTypical, site, kExactView, random);
   for (VehicleSighting& sighting : track.sightings) sighting.right->saturated_px = 3;
   const VehicleResult result = estimate_vehicle(track, site, {}).result;
   EXPECT_EQ(std::get<Miss>(method_of(result, Method::power_slope_camera).speed), Miss::saturated);
@@ -122,7 +122,7 @@ TEST(PhotodiodePower, FindsTheSpeed) {
   const Site site = diode_site();
   Random random(1);
   const PowerTrace trace = trace_of(kTypical, site, matching_diode(), random);
-  const VehicleResult result = measured(site, kNoiseless, &trace);
+  const VehicleResult result = measured(site, kExactView, &trace);
   EXPECT_NEAR(speed_of(method_of(result, Method::power_slope_photodiode)) / 20.0, 1.0, 1e-3);
 }
 
@@ -131,7 +131,7 @@ TEST(PhotodiodePower, CarriesTheGainPriorIntoItsSigma) {
   site.channel->gain_db->std = 1.0;
   Random random(1);
   const PowerTrace trace = trace_of(kTypical, site, matching_diode(), random);
-  const VehicleResult result = measured(site, kNoiseless, &trace);
+  const VehicleResult result = measured(site, kExactView, &trace);
   const auto& speed =
       std::get<SpeedEstimate>(method_of(result, Method::power_slope_photodiode).speed);
   EXPECT_NEAR(speed.std_mps / 20.0, 0.2303 / 1.8, 0.15 * 0.128);
@@ -141,7 +141,7 @@ TEST(PhotodiodePower, SaysWhatIsMissing) {
   Random random(1);
   const PowerTrace trace = trace_of(kTypical, diode_site(), matching_diode(), random);
   const auto reason = [&](const Site& site, bool shared) {
-    const VehicleResult result = measured(site, kNoiseless, &trace, shared);
+    const VehicleResult result = measured(site, kExactView, &trace, shared);
     return std::get<Miss>(method_of(result, Method::power_slope_photodiode).speed);
   };
   EXPECT_EQ(reason(diode_site(), true), Miss::several_vehicles);
@@ -407,7 +407,7 @@ TEST(Joint, AgreesWithTheTruthWhateverTheBeam) {
   Site site = diode_site();
   site.channel->gain_db->std = 3.0;
   site.photodiodes[0].time_offset_s.std = 0.005;
-  View view = kNoiseless;
+  View view = kExactView;
   view.sigma_px = 0.2;
   for (const double cosine_exponent : {0.0, 3.0}) {
     Diode diode = matching_diode();
@@ -432,7 +432,7 @@ TEST(Joint, DropsPowerThatIsNotThisVehicles) {
   other.along_m = 35.0;  // passes the photodiode while the camera still sees ours far off
   Random random(3);
   const PowerTrace trace = trace_of(other, site, matching_diode(), random);
-  View view = kNoiseless;
+  View view = kExactView;
   view.sigma_px = 0.2;
   const VehicleResult result = measured(site, view, &trace);
   EXPECT_EQ(result.method, Method::geometry_camera);

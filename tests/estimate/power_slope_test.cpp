@@ -17,12 +17,12 @@ constexpr double kStart_m = 15.0;
 constexpr double kPerpendicular_m = 0.5;
 constexpr PowerLaw kSimulated{1.0, 1.21, 0.0};
 
-struct Samples {
+struct SlopeSamples {
   std::vector<double> time_s, power_w;
 };
 
-Samples first_window(double length_s, double sigma_w, Random& random) {
-  Samples samples;
+SlopeSamples first_window(double length_s, double sigma_w, Random& random) {
+  SlopeSamples samples;
   const auto count = static_cast<int>(std::lround(length_s * 1000.0));
   for (int i = 0; i < count; ++i) {
     const double t_s = i * 1e-3;
@@ -34,7 +34,7 @@ Samples first_window(double length_s, double sigma_w, Random& random) {
   return samples;
 }
 
-PowerSlopeFit fitted(const Samples& samples) {
+PowerSlopeFit fitted(const SlopeSamples& samples) {
   return std::get<PowerSlopeFit>(
       fit_power_slope(samples.time_s, samples.power_w, kSimulated, Metres(kPerpendicular_m)));
 }
@@ -53,7 +53,7 @@ TEST(PowerSlope, LeavesOutSamplesOfNoUseWhereverTheyAre) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Random random(5);
   for (int length = 40; length < 60; ++length) {
-    Samples samples = first_window(length * 1e-3, 0.0, random);
+    SlopeSamples samples = first_window(length * 1e-3, 0.0, random);
     int useless = 0;
     for (std::size_t i = 0; i < samples.time_s.size(); ++i) {
       if (random.uniform() > 0.4) continue;
@@ -76,7 +76,7 @@ TEST(PowerSlope, LeavesOutSamplesOfNoUseWhereverTheyAre) {
 
 TEST(PowerSlope, ScaleOfSpeedFollowsTheGain) {
   // d = 0: P -> c P reads every distance c^(-1/gamma) times as long.
-  Samples samples;
+  SlopeSamples samples;
   for (int i = 0; i < 100; ++i) {
     samples.time_s.push_back(i * 1e-3);
     samples.power_w.push_back(3.0 * std::pow(15.0 - 20.0 * i * 1e-3, -1.21));
@@ -122,7 +122,7 @@ TEST(PowerSlope, SigmaCoversTheTruthTwoTimesInThree) {
 
 TEST(PowerSlope, SamplesOutsideTheModelAreLeftOutAndCounted) {
   Random random(1);
-  Samples samples = first_window(0.3, 0.0, random);
+  SlopeSamples samples = first_window(0.3, 0.0, random);
   const double nearer_than_d_w = std::pow(0.4 * kPerpendicular_m, -1.21);
   samples.power_w[10] = -1.0;
   samples.power_w[20] = 0.0;

@@ -9,7 +9,7 @@
 namespace vildar {
 namespace {
 
-constexpr simulated::View kView{.to_s = 2.4, .sigma_px = 0.1};
+constexpr simulated::View kMovingView{.to_s = 2.4, .sigma_px = 0.1};
 
 // All lengths known, so that what is left is how the vehicle moves.
 Site surveyed() {
@@ -31,7 +31,7 @@ TEST(TrajectoryFit, AMotionAsTheModelSaysIsMeasuredWhole) {
   Random random(1);
   const Site site = surveyed();
   const VehicleEstimate estimate =
-      estimate_vehicle(simulated::track_of(kCruising, site, kView, random), site, {});
+      estimate_vehicle(simulated::track_of(kCruising, site, kMovingView, random), site, {});
   expect_right(estimate.result, kCruising);
   EXPECT_TRUE(estimate.result.warnings.empty());
   for (const TrackRow& row : estimate.rows) EXPECT_TRUE(row.range_m);
@@ -40,7 +40,7 @@ TEST(TrajectoryFit, AMotionAsTheModelSaysIsMeasuredWhole) {
 TEST(TrajectoryFit, ALampThatIsAnothersForAWhileIsLeftOut) {
   Random random(1);
   const Site site = surveyed();
-  VehicleTrack track = simulated::track_of(kCruising, site, kView, random);
+  VehicleTrack track = simulated::track_of(kCruising, site, kMovingView, random);
   // The right lamp is hidden behind the car ahead, whose own lamp is taken for it.
   constexpr double kHidden_s = 1.0;
   for (VehicleSighting& sighting : track.sightings) {
@@ -64,7 +64,7 @@ TEST(TrajectoryFit, ALampDrawnAsideForAWhileDoesNotPull) {
   for (const double off_px : {0.7, 1.0, 2.0, 3.0})
     for (const std::uint64_t seed : {1U, 2U, 3U}) {
       Random random(seed);
-      VehicleTrack track = simulated::track_of(kFar, site, kView, random);
+      VehicleTrack track = simulated::track_of(kFar, site, kMovingView, random);
       for (VehicleSighting& sighting : track.sightings)
         if (seconds_of(sighting.time) > kFrom_s)
           sighting.right->centre_px += Eigen::Vector2d::Constant(off_px);
@@ -103,8 +103,8 @@ TEST(TrajectoryFit, ALoneLightBeforeThePairIsNotMeasuredInItsPlace) {
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
     Random random(seed);
     const Site site = surveyed();
-    VehicleTrack track = simulated::track_of(kCruising, site, kView, random);
-    const VehicleTrack other = simulated::track_of(kOther, site, kView, random);
+    VehicleTrack track = simulated::track_of(kCruising, site, kMovingView, random);
+    const VehicleTrack other = simulated::track_of(kOther, site, kMovingView, random);
     for (std::size_t i = 0; i < track.sightings.size(); ++i)
       if (seconds_of(track.sightings[i].time) < kPair_s) {
         track.sightings[i].left = other.sightings[i].left;
@@ -219,7 +219,7 @@ TEST(TrajectoryFit, ABrakingThatBeginsInViewIsFollowed) {
     braking.changes = {{change_s, -5.0}};
     Random random(1);
     const VehicleEstimate estimate =
-        estimate_vehicle(simulated::track_of(braking, site, kView, random), site, {});
+        estimate_vehicle(simulated::track_of(braking, site, kMovingView, random), site, {});
     expect_right(estimate.result, braking);
     for (const TrackRow& row : estimate.rows) {
       ASSERT_TRUE(row.speed_mps) << change_s;

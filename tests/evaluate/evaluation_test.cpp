@@ -9,8 +9,6 @@
 namespace vildar {
 namespace {
 
-constexpr double kExact = 1e-12;
-
 using Outcome = VehicleScore::Outcome;
 
 // One vehicle of each fate: measured, withheld, missed, never in view; and a ghost and a second

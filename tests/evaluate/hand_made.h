@@ -8,6 +8,8 @@ namespace vildar {
 
 // Truth and runs of a few frames, written by hand, with answers that can be worked out on paper.
 
+inline constexpr double kExact = 1e-12;
+
 /// A pair of lamps `separation_px` apart around (u, v).
 inline LampPixels pair_at(double u_px, double v_px, double separation_px = 40.0) {
   return {Eigen::Vector2d(u_px - 0.5 * separation_px, v_px),

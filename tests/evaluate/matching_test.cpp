@@ -7,8 +7,6 @@
 namespace vildar {
 namespace {
 
-constexpr double kExact = 1e-12;
-
 TEST(LampSimilarity, FallsWithTheDistanceOfTheMiddlesOverTheSeparation) {
   EXPECT_NEAR(lamp_similarity(pair_at(100, 50), pair_at(100, 50)), 1.0, kExact);
   EXPECT_NEAR(lamp_similarity(pair_at(100, 50), pair_at(110, 50)), 0.75, kExact);

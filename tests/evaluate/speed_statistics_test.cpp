@@ -9,7 +9,7 @@
 namespace vildar {
 namespace {
 
-constexpr double kExact = 1e-9;
+constexpr double kRounding = 1e-9;
 
 SpeedPair pair_kmh(double true_kmh, double error_kmh) {
   const double stated_mps = (true_kmh + error_kmh) / 3.6;
@@ -23,17 +23,17 @@ TEST(SpeedStatistics, AreThoseWorkedOutByHand) {
     pairs.push_back(pair_kmh(50.0, error_kmh));
   const SpeedStatistics speed = speed_statistics(pairs);
   EXPECT_EQ(speed.count, 5U);
-  EXPECT_NEAR(*speed.kmh.mean_abs, 3.9, kExact);
-  EXPECT_NEAR(*speed.kmh.median_abs, 2.5, kExact);
-  EXPECT_NEAR(*speed.kmh.p95_abs, 4.0 + 0.8 * 6.0, kExact);  // place 0.95 * 4 = 3.8
-  EXPECT_NEAR(*speed.kmh.max, 10.0, kExact);
-  EXPECT_NEAR(*speed.kmh.bias, 2.5, kExact);
-  EXPECT_NEAR(*speed.percent.max, 20.0, kExact);
-  EXPECT_NEAR(*speed.percent.bias, 5.0, kExact);
-  EXPECT_NEAR(*speed.share_within_limits, 3.0 / 5.0, kExact);
-  EXPECT_NEAR(*speed.coverage, 3.0 / 5.0, kExact);  // +-1 m/s is +-3.6 km/h
+  EXPECT_NEAR(*speed.kmh.mean_abs, 3.9, kRounding);
+  EXPECT_NEAR(*speed.kmh.median_abs, 2.5, kRounding);
+  EXPECT_NEAR(*speed.kmh.p95_abs, 4.0 + 0.8 * 6.0, kRounding);  // place 0.95 * 4 = 3.8
+  EXPECT_NEAR(*speed.kmh.max, 10.0, kRounding);
+  EXPECT_NEAR(*speed.kmh.bias, 2.5, kRounding);
+  EXPECT_NEAR(*speed.percent.max, 20.0, kRounding);
+  EXPECT_NEAR(*speed.percent.bias, 5.0, kRounding);
+  EXPECT_NEAR(*speed.share_within_limits, 3.0 / 5.0, kRounding);
+  EXPECT_NEAR(*speed.coverage, 3.0 / 5.0, kRounding);  // +-1 m/s is +-3.6 km/h
   const double mean_square_kmh = (1.0 + 4.0 + 6.25 + 16.0 + 100.0) / 5.0;
-  EXPECT_NEAR(*speed.z_rms, std::sqrt(mean_square_kmh) / 3.6 / 0.5, kExact);
+  EXPECT_NEAR(*speed.z_rms, std::sqrt(mean_square_kmh) / 3.6 / 0.5, kRounding);
 }
 
 TEST(SpeedStatistics, LimitsAreThreeKmhUpToAHundredAndThreePercentAbove) {
@@ -51,7 +51,7 @@ TEST(SpeedStatistics, WhatIsNotStatedIsAbsent) {
   const SpeedPair bare{{0.0, 10.0, {}, {}, {}}, 10.5};
   const SpeedStatistics speed = speed_statistics(std::span(&bare, 1));
   EXPECT_FALSE(speed.coverage || speed.z_rms);
-  EXPECT_NEAR(*speed.kmh.bias, -1.8, kExact);
+  EXPECT_NEAR(*speed.kmh.bias, -1.8, kRounding);
   const SpeedPair standing{{0.0, 0.1, {}, {}, {}}, 0.0};
   EXPECT_FALSE(standing.error_percent());
 }

@@ -8,13 +8,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include "evaluate/hand_made.h"
 #include "evaluate/mot_challenge.h"
 #include "support/shared_data.h"
 
 namespace vildar {
 namespace {
-
-constexpr double kExact = 1e-12;
 
 // Presence of each id and similarity of each pair over time; the pairs not named have none.
 struct Hand {

@@ -11,15 +11,12 @@
 
 #include "core/quantity.h"
 #include "optics/lamp_beam.h"
+#include "toward.h"
 
 namespace vildar {
 namespace {
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
-
-double toward(const LampBeam& beam, double left_deg, double up_deg) {
-  return beam.intensity_cd(radians_from_degrees(left_deg), radians_from_degrees(up_deg));
-}
 
 struct TestPoint {
   std::string name;

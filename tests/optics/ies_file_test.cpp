@@ -14,6 +14,7 @@
 #include "optics/lamp_beam.h"
 #include "support/shared_data.h"
 #include "support/temporary_folder.h"
+#include "toward.h"
 
 namespace vildar {
 namespace {
@@ -81,10 +82,6 @@ class IesFileTest : public ::testing::Test {
 
   TemporaryFolder folder_;
 };
-
-double toward(const LampBeam& beam, double left_deg, double up_deg) {
-  return beam.intensity_cd(radians_from_degrees(left_deg), radians_from_degrees(up_deg));
-}
 
 TEST_F(IesFileTest, ALampOfOneCandelaAllAroundSendsOutFourPi) {
   EXPECT_NEAR(read({}).table->flux_lm(), 4.0 * kPi, 1e-12);

@@ -7,13 +7,10 @@
 
 #include "core/quantity.h"
 #include "core/random.h"
+#include "toward.h"
 
 namespace vildar {
 namespace {
-
-double toward(const LampBeam& beam, double left_deg, double up_deg) {
-  return beam.intensity_cd(radians_from_degrees(left_deg), radians_from_degrees(up_deg));
-}
 
 TEST(LampBeam, ALambertianLampSendsOutItsClosedFormFlux) {
   constexpr double kQuadrature = 1e-4;

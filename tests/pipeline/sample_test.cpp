@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kSample = fs::path(VILDAR_SOURCE_DIR) / "data_samples/straight";
+const fs::path kStraightSample = fs::path(VILDAR_SOURCE_DIR) / "data_samples/straight";
 
 using Row = std::map<std::string, std::string>;
 
@@ -43,9 +43,9 @@ class Sample : public testing::Test {
   static void SetUpTestSuite() {
     out_ = fs::path(testing::TempDir()) / ("vildar_sample_" + std::to_string(::getpid()));
     RunOptions options;
-    options.clip = kSample / "clip.mp4";
-    options.photodiode = kSample / "photodiode.csv";
-    options.site = kSample / "site.yaml";
+    options.clip = kStraightSample / "clip.mp4";
+    options.photodiode = kStraightSample / "photodiode.csv";
+    options.site = kStraightSample / "site.yaml";
     options.out = out_;
     options.annotate = true;
     options.blobs = true;
@@ -62,7 +62,7 @@ RunOutcome Sample::outcome_;
 TEST_F(Sample, EveryVehicleIsFoundAndEachSpeedHolds) {
   constexpr double kMostRelativeError = 0.03;
   constexpr double kMostSigmas = 3.0;
-  const std::vector<Row> truth = table(kSample / "truth_vehicles.csv");
+  const std::vector<Row> truth = table(kStraightSample / "truth_vehicles.csv");
   ASSERT_GE(truth.size(), 4U);
   ASSERT_EQ(outcome_.vehicles.size(), truth.size());
   std::vector<bool> taken(outcome_.vehicles.size(), false);
@@ -98,7 +98,7 @@ TEST_F(Sample, WritesEveryFileOfTheContract) {
 
 TEST_F(Sample, TheAnnotatedVideoHasEveryFrame) {
   ClipSource annotated(out_ / "annotated.mp4");
-  ClipSource original(kSample / "clip.mp4");
+  ClipSource original(kStraightSample / "clip.mp4");
   std::int64_t frames = 0, expected = 0;
   while (annotated.next()) ++frames;
   while (original.next()) ++expected;
@@ -107,7 +107,8 @@ TEST_F(Sample, TheAnnotatedVideoHasEveryFrame) {
 
 TEST_F(Sample, IsUnderOneMegabyte) {
   std::uintmax_t bytes = 0;
-  for (const auto& entry : fs::directory_iterator(kSample)) bytes += fs::file_size(entry.path());
+  for (const auto& entry : fs::directory_iterator(kStraightSample))
+    bytes += fs::file_size(entry.path());
   EXPECT_LT(bytes, 1'000'000U);
 }
 

@@ -41,7 +41,7 @@ TEST(InputFile, WhatCannotBeReadIsAnInputErrorThatNamesIt) {
   }
 }
 
-RunSummary summary() {
+RunSummary json_summary() {
   RunSummary run;
   run.version = "0.1.0";
   run.inputs = {{"clip", "a \"b\".mp4", 12, "ff"}};
@@ -61,9 +61,9 @@ RunSummary summary() {
 TEST(RunJson, ReadsBackAsWhatWasWritten) {
   const Folder folder;
   const std::vector<VehicleResult> vehicles{test::measured_vehicle(), test::withheld_vehicle()};
-  write_run_json(folder / "run.json", summary(), vehicles).commit();
+  write_run_json(folder / "run.json", json_summary(), vehicles).commit();
   const json run = json::parse(test::text_of(folder / "run.json"));
-  EXPECT_EQ(test::text_of(folder / "run.json"), run_json_text(summary(), vehicles));
+  EXPECT_EQ(test::text_of(folder / "run.json"), run_json_text(json_summary(), vehicles));
   EXPECT_EQ(run["version"], "0.1.0");
   EXPECT_EQ(run["damaged"], true);
   EXPECT_EQ(run["inputs"][0]["path"], "a \"b\".mp4");
@@ -81,7 +81,7 @@ TEST(RunJson, ReadsBackAsWhatWasWritten) {
   EXPECT_EQ(pulsing[0]["duty"], 0.3);
   EXPECT_EQ(pulsing[0]["duty_std"], 0.02);
   EXPECT_EQ(run["rejected_samples"]["pd0"]["nan"], 3);
-  EXPECT_EQ(run["settings"]["site_yaml"], summary().settings_yaml);
+  EXPECT_EQ(run["settings"]["site_yaml"], json_summary().settings_yaml);
   EXPECT_EQ(run["warnings"].size(), 1u);
   const json& measured = run["vehicles"][0];
   EXPECT_EQ(measured["status"], "measured");
@@ -96,7 +96,7 @@ TEST(RunJson, ReadsBackAsWhatWasWritten) {
 }
 
 TEST(RunJson, NumbersThatAreNotFiniteAndBytesThatAreNoTextDoNotBreakIt) {
-  RunSummary run = summary();
+  RunSummary run = json_summary();
   run.warnings = {"caf\xE9.mp4"};
   VehicleResult vehicle = test::measured_vehicle();
   vehicle.speed.hi95_mps = INFINITY;

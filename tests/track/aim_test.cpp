@@ -8,12 +8,12 @@
 namespace vildar {
 namespace {
 
-constexpr std::int64_t kFrames = 60;
+constexpr std::int64_t kWayFrames = 60;
 
 /// A pair of lamps so far apart comes nearer before a mast; the site says of the camera's angles
 /// what `told` makes of the truth.
 std::optional<Site> learnt(double apart_m, const std::function<void(Site&)>& told,
-                           std::int64_t frames = kFrames, double radius_m = INFINITY,
+                           std::int64_t frames = kWayFrames, double radius_m = INFINITY,
                            double roll_deg = 0.0) {
   scene::OneCar road;
   road.site.camera->roll_rad.mean = radians_from_degrees(roll_deg);
@@ -72,7 +72,7 @@ TEST(Aim, OnABendThePitchAlone) {
         told.road.kind = RoadKind::curved;
         told.road.radius_m = Uncertain{200.0, 20.0};
       },
-      kFrames, 200.0);
+      kWayFrames, 200.0);
   ASSERT_TRUE(site);
   EXPECT_LT(degrees_from_radians(site->camera->pitch_rad.std), 1.5);
   EXPECT_DOUBLE_EQ(degrees_from_radians(site->camera->yaw_rad.std), 5.0);
@@ -82,7 +82,7 @@ TEST(Aim, AKnownRollIsAllowedFor) {
   const CameraSite truth = *scene::OneCar().site.camera;
   for (const double roll_deg : {-8.0, 8.0}) {
     const auto site = learnt(
-        1.25, [](Site& told) { off_by_degrees(told, 3.0, 6.0); }, kFrames, INFINITY, roll_deg);
+        1.25, [](Site& told) { off_by_degrees(told, 3.0, 6.0); }, kWayFrames, INFINITY, roll_deg);
     ASSERT_TRUE(site) << roll_deg;
     EXPECT_NEAR(degrees_from_radians(site->camera->pitch_rad.mean - truth.pitch_rad.mean), 0.0,
                 0.7);

@@ -10,7 +10,7 @@ namespace {
 constexpr std::int64_t kSplit = 30;  // frame in which one blob becomes two
 
 // The mast, and a light whose place across changes in the frame of the split.
-struct Road : scene::OneCar {
+struct SplitRoad : scene::OneCar {
   Lamp lamp(std::int64_t first, std::int64_t last, double y_m, double later_m) const {
     return OneCar::lamp(first, last,
                         [=](std::int64_t frame) { return frame < kSplit ? y_m : later_m; });
@@ -18,7 +18,7 @@ struct Road : scene::OneCar {
 };
 
 TEST(HandOver, TheVehicleKeepsTheLampThatCameOutOfTheCommonBlob) {
-  const Road road;
+  const SplitRoad road;
   Lamp left = road.lamp(0, 50, -3.4, -3.4), old = road.lamp(0, 50, -4.7, -4.8);
   Lamp heir = road.lamp(kSplit, 50, 0.0, -4.6);
   Vehicle vehicle;
@@ -49,7 +49,7 @@ TEST(HandOver, TheVehicleKeepsTheLampThatCameOutOfTheCommonBlob) {
 }
 
 TEST(HandOver, NotToALightElsewhereOrOfAnotherWidthOrSideOrVehicle) {
-  const Road road;
+  const SplitRoad road;
   Lamp left = road.lamp(0, 50, -3.4, -3.4), old = road.lamp(0, 50, -4.6, -4.6);
   Vehicle vehicle, other;
   vehicle.left = &left;

@@ -5,7 +5,7 @@
 namespace vildar {
 namespace {
 
-constexpr double kFrame_s = 0.04, kEverShare = 0.01;
+constexpr double kPartFrame_s = 0.04, kEverShare = 0.01;
 
 LampSighting lamp_of(double flux, int width_px, int height_px) {
   LampSighting lamp;
@@ -22,7 +22,7 @@ class LoneParts : public ::testing::Test {
            bool both_in_one = false) {
     const auto frame = static_cast<std::int64_t>(seen_.size());
     const CameraTime time{std::chrono::nanoseconds(
-        static_cast<std::int64_t>(1e9 * kFrame_s * static_cast<double>(frame)))};
+        static_cast<std::int64_t>(1e9 * kPartFrame_s * static_cast<double>(frame)))};
     seen_.push_back({{frame, time, left, right, both_in_one}, fits});
   }
   std::vector<std::int64_t> kept() {

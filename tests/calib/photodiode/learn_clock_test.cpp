@@ -4,13 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include "far.h"
 #include "simulated_rims.h"
 
 namespace vildar {
 namespace {
-
-// Five sigmas of a normal error are one in two million.
-constexpr double kFar = 5.0;
 
 ClockLearning learned(const simulated::TimedPasses& scene) {
   const auto outcome = learn_clock(scene.passes, scene.site);

@@ -5,13 +5,11 @@
 #include <gtest/gtest.h>
 
 #include "estimate/simulated_beam.h"
+#include "far.h"
 #include "simulated_photodiodes.h"
 
 namespace vildar {
 namespace {
-
-// Five sigmas of a normal error are one in two million.
-constexpr double kFar = 5.0;
 
 GainLearning learned(const simulated::LitPasses& scene) {
   const auto outcome = learn_gains(scene.passes, scene.site);

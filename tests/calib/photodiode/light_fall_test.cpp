@@ -5,11 +5,11 @@
 #include <gtest/gtest.h>
 
 #include "core/random.h"
+#include "far.h"
 
 namespace vildar {
 namespace {
 
-constexpr double kFar = 5.0;
 const ExpectedFall kTwoLamps{{{1.000, 0.4}, {1.020, 0.6}}, 3.0};
 
 // Two lamps whose light grows by 2 per second and goes 7 ms late.
