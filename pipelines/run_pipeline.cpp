@@ -170,7 +170,8 @@ void describe_clip(const RunOptions& options, const Site& site, const ClipMeasur
         options.clip->string() + ": " + info.codec +
         " reshapes the rims of lamps: the light of those that clip is known to some twentieth, and "
         "no speed is taken from how it changes; record with a lossless codec (FFV1) for that");
-  if (site.ego && site.road.kind == RoadKind::curved && site.road.straight_m.mean > 0.0)
+  if (site.ego && site.road.kind == RoadKind::curved &&
+      (site.road.straight_m.mean > 0.0 || site.road.straight_m.std > 0.0))
     summary.warnings.push_back(
         options.site.string() +
         ": road.straight_m beside ego: the bend is taken to stay that far ahead of the moving "

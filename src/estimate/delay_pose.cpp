@@ -126,6 +126,12 @@ std::vector<RoadSite> roads_of(const RoadSite& road) {
     found.push_back(road);
     found.back().radius_m->mean = radius_m;
   }
+  const Uncertain straight_m = bend_begins_m(road);
+  if (straight_m.std > 0.0)
+    for (const double sigmas : {-kOfRange, kOfRange}) {
+      found.push_back(road);
+      found.back().straight_m.mean = std::max(0.0, straight_m.mean + sigmas * straight_m.std);
+    }
   return found;
 }
 

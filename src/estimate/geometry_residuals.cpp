@@ -95,7 +95,7 @@ std::optional<Residuals> residuals_by(const GeometryProblem& problem, const Path
 std::optional<Residuals> geometry_residuals(const GeometryProblem& problem,
                                             const PathVector& parameters,
                                             const std::vector<int>& free, Slopes slopes) {
-  constexpr int kSurveyedPair = 6, kTurnedPair = 10;
+  constexpr int kSurveyedPair = 6, kTurnedPair = 11;
   if (free.size() <= kSurveyedPair)
     return residuals_by<kSurveyedPair>(problem, parameters, free, slopes);
   if (free.size() <= kTurnedPair)

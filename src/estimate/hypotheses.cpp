@@ -34,6 +34,7 @@ double log_evidence(const Trajectory& trajectory) {
     log_density += log_normal_peak(*priors.separation_m);
     ++lengths;
   }
+  if (priors.straight_m) ++lengths;  // its density is the same for all
   if (priors.lateral_m) log_density += log_normal_peak(*priors.lateral_m);
   const std::vector<int> free = free_parameters(problem);
   const Eigen::MatrixXd covariance = trajectory.fit.covariance(free, free);
@@ -131,7 +132,7 @@ void weigh(std::vector<Trajectory>& trajectories) {
 Outcome<std::vector<Trajectory>> fit_hypotheses(const Trajectory& seen,
                                                 const std::vector<LampReading>& readings,
                                                 const Site& site, Direction direction) {
-  // The chance of more, with up to seven priors, is one in a thousand.
+  // The chance of more, with up to seven priors, is one in a thousand; with nine three.
   constexpr double kMostPriorChi2 = 25.0;
   std::vector<Trajectory> found;
   std::optional<Miss> miss;

@@ -7,6 +7,7 @@
 #include "estimate/light_checks.h"
 #include "estimate/ml_speed.h"
 #include "estimate/photodiode_speed.h"
+#include "optics/road.h"
 
 namespace vildar {
 namespace {

@@ -5,6 +5,7 @@
 
 #include "estimate/lane_choice.h"
 #include "optics/camera.h"
+#include "optics/road.h"
 
 namespace vildar {
 namespace {

@@ -10,7 +10,8 @@ namespace vildar {
 
 Outcome<PowerSpeed> ml_speed(const PowerSeries& series, const PowerCase& known) {
   constexpr double kWorstChi2 = 4.0;
-  constexpr double kMostPriorChi2 = 21.6;  // of seven priors: three passes in a thousand
+  constexpr double kMostPriorChi2 =
+      21.6;  // of seven priors: three passes in a thousand; of eight six
   constexpr double kTwoSided95 = 1.959963984540054;
   const auto outcome = pass_posterior(series, known);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;

@@ -107,12 +107,13 @@ double brighter(const TrackRow& one, const TrackRow& other) {
   return std::max(brightest_flux(one), kLeastFlux) / std::max(brightest_flux(other), kLeastFlux);
 }
 
-// Whether a lamp of `one` is drawn out beside those of `other`: taller for its width, and with less
-// light for its size, as an image on a rough wet road is.
+// Whether a lamp of `one`, which clips, is drawn out beside those of `other`: taller for its width,
+// and with less light for its size, as an image on a rough wet road is.
 bool drawn_out(const TrackRow& one, const TrackRow& other) {
-  constexpr double kTaller = 1.2;
+  constexpr double kTaller = 1.2, kLeastTall_px = 10.0;
   struct Shape {
-    double flux = 0.0, flux_per_px = 0.0, slenderness = 0.0;
+    double flux = 0.0, flux_per_px = 0.0, slenderness = 0.0, height_px = 0.0;
+    bool clips = false;
   };
   const auto shape_of = [](const TrackRow& row) {
     Shape brightest;
@@ -120,12 +121,14 @@ bool drawn_out(const TrackRow& one, const TrackRow& other) {
       if (!lamp || lamp->flux <= brightest.flux) continue;
       const double width_px = lamp->box.u_max - lamp->box.u_min + 1.0;
       const double height_px = lamp->box.v_max - lamp->box.v_min + 1.0;
-      brightest = {lamp->flux, lamp->flux / (width_px * height_px), height_px / width_px};
+      brightest = {lamp->flux, lamp->flux / (width_px * height_px), height_px / width_px, height_px,
+                   lamp->saturated_px > 0};
     }
     return brightest;
   };
   const Shape a = shape_of(one), b = shape_of(other);
-  return a.slenderness > kTaller * b.slenderness && a.flux_per_px < b.flux_per_px;
+  return a.clips && a.height_px >= kLeastTall_px && a.slenderness > kTaller * b.slenderness &&
+         a.flux_per_px < b.flux_per_px;
 }
 
 // Of the frames that show both: how far `carrier` is, and how far `upper` seems to be by its

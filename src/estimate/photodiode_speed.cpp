@@ -8,6 +8,7 @@
 #include "estimate/light_edges.h"
 #include "estimate/pass_posterior.h"
 #include "estimate/series_blocks.h"
+#include "optics/road.h"
 
 namespace vildar {
 namespace {

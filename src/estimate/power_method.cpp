@@ -117,12 +117,9 @@ double prior_variance(const PowerSeries& series, const PowerCase& known) {
     };
     variance += std::pow(0.5 * (speed_mps(1.0) - speed_mps(-1.0)), 2);
   }
-  if (known.bend != 0.0) {
+  if (known.bend != 0.0)
     add(known.radius_m.std,
         [](PowerCase& c, double side) { c.radius_m.mean += side * c.radius_m.std; });
-    add(known.straight_m.std,
-        [](PowerCase& c, double side) { c.straight_m.mean += side * c.straight_m.std; });
-  }
   return variance;
 }
 

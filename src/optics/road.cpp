@@ -1,5 +1,7 @@
 #include "optics/road.h"
 
+#include <algorithm>
+
 namespace vildar {
 
 Uncertain bend_begins_m(const RoadSite& road) {

@@ -77,7 +77,7 @@ Site told_site(ScenePreset preset, Random& random) {
   if (preset == ScenePreset::curve) {
     site.road.kind = RoadKind::curved;
     site.road.turn = random.uniform() < 0.5 ? Turn::left : Turn::right;
-    site.road.straight_m = {15.0, 0.0};
+    site.road.straight_m = {15.0, 1.5};
     const double radius_m = random.uniform(80.0, 200.0);
     site.road.radius_m = Uncertain{radius_m, 0.01 * radius_m};
   }
@@ -114,6 +114,7 @@ Site drawn_site(const Site& told, Random& random) {
   if (site.channel && site.channel->path_loss_exponent)
     settle(*site.channel->path_loss_exponent, random);
   if (site.ego) settle(site.ego->speed_mps, random);
+  if (site.road.straight_m.std > 0.0) settle(site.road.straight_m, random);
   return site;
 }
 

@@ -7,6 +7,7 @@
 #include "optics/atmosphere.h"
 #include "synth/bayer.h"
 #include "synth/light.h"
+#include "synth/psf.h"
 
 namespace vildar {
 namespace {

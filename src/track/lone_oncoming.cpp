@@ -126,9 +126,11 @@ bool drives_along(const LaneWay& seen, double aside_m, double yaw_rad, const Roa
   constexpr double kSlowest_mps = 3.0, kFastest_mps = 70.0, kMostOff_px = 3.0, kSigmas = 2.5;
   if (std::abs(aside_m) < kLeastAside_m) return false;
   std::vector<double> ahead_m;
+  const double cosine = std::cos(yaw_rad), sine = std::sin(yaw_rad);
   for (const Eigen::Vector2d& bearing : seen.bearings) {
-    const double at_m = aside_m / (bearing.x() + yaw_rad);
-    const double up_m = view.camera_height_m() + bearing.y() * at_m;
+    const double deep = cosine - sine * bearing.x();  // along the road, per depth as stated
+    const double at_m = aside_m / (sine + cosine * bearing.x()) * deep;
+    const double up_m = view.camera_height_m() + bearing.y() / deep * at_m;
     const double slack_m = kSigmas * view.slope_sigma(0.0) * at_m;
     if (!(at_m > kNearest_m && at_m < kFarthest_m) || up_m + slack_m < kLowest_m ||
         up_m - slack_m > kHighest_m)
@@ -183,20 +185,21 @@ bool comes_in_a_lane(const std::vector<LampRecord>& records, const RoadView& vie
 
 bool passes_in_a_lane(const std::vector<LampRecord>& records, LampKind kind, const RoadView& view) {
   constexpr std::size_t kFewest = 8;
-  // A camera that looks aside by so much is tried, and by whole steps of it as far as may be.
-  constexpr double kYawStep_rad = radians_from_degrees(0.5), kYawSigmas = 2.0;
+  // Cameras that look aside by steps as far as may be; between them a way errs by less than is
+  // allowed, for a line takes up most of it.
+  constexpr double kYawStep_px = 8.0, kYawSigmas = 2.0;
   if (records.size() < kFewest || view.bends() || view.moving_sensor()) return false;
   LaneWay seen{kind == LampKind::taillamp, {}, {}};
   for (std::size_t i = 0; i < records.size(); i += looked_at_every(records)) {
     seen.times_s.push_back(seconds_of(records[i].time));
     seen.bearings.push_back(view.bearing(records[i].at_px));
   }
-  const auto steps = static_cast<int>(kYawSigmas * view.yaw_sigma_rad() / kYawStep_rad);
+  const double step_rad = kYawStep_px / view.focal_px();
+  const auto steps = static_cast<int>(kYawSigmas * view.yaw_sigma_rad() / step_rad);
   for (const double lane_m :
        view.lane_centres_m(seen.goes ? Direction::receding : Direction::oncoming))
     for (int step = -steps; step <= steps; ++step)
-      if (drives_along(seen, lane_m - view.camera_lateral_m(), step * kYawStep_rad, view))
-        return true;
+      if (drives_along(seen, lane_m - view.camera_lateral_m(), step * step_rad, view)) return true;
   return false;
 }
 

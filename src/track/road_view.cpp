@@ -213,7 +213,7 @@ std::optional<Eigen::Vector2d> RoadView::spot_at(const RoadPosition& at) const {
 double RoadView::lateral_sigma_m(double inverse_depth_per_m) const {
   const double depth_m = 1.0 / inverse_depth_per_m;
   double bend_m = 0.0;
-  if (site_.road.radius_m) {
+  if (bends() && site_.road.radius_m) {
     const double on_bend_m = std::max(0.0, depth_m - site_.road.straight_m.mean);
     const Uncertain& radius_m = *site_.road.radius_m;
     bend_m =

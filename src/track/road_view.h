@@ -58,8 +58,8 @@ class RoadView {
   RoadPosition road_at(const Eigen::Vector2d& spot_px, double inverse_depth_per_m) const;
   /// Where a lamp at lamp height falls; nothing behind the camera.
   std::optional<Eigen::Vector2d> spot_at(const RoadPosition& at) const;
-  /// What the camera's place and heading, and the radius of a bend, leave open of the lateral
-  /// place of all that it sees there.
+  /// What the camera's place and heading, and the begin and radius of a bend, leave open of the
+  /// lateral place of all that it sees there.
   double lateral_sigma_m(double inverse_depth_per_m) const;
   /// Distance in metres beyond the outermost lane edges; 0 on the lanes or without lanes.
   double beyond_lanes_m(double lateral_m) const;

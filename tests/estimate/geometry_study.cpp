@@ -39,7 +39,10 @@ Site world_of(const Site& told, Random& random) {
   for (Uncertain* angle :
        {&world.camera->yaw_rad, &world.camera->pitch_rad, &world.camera->roll_rad})
     angle->mean = drawn(*angle, random);
-  if (world.road.radius_m) world.road.radius_m->mean = drawn(*world.road.radius_m, random);
+  if (world.road.radius_m) {
+    world.road.radius_m->mean = drawn(*world.road.radius_m, random);
+    world.road.straight_m.mean = drawn(bend_begins_m(world.road), random);
+  }
   return world;
 }
 

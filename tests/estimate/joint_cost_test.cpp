@@ -40,6 +40,8 @@ Case drawn(double bend, Random& random) {
   made.path[kLateral] = random.normal(-0.1, 0.05);
   made.path[kDrop] = random.normal(-0.1, 0.02);
   made.path[kLogRadius] = std::log(2.0);
+  made.problem.setting.straight_unsure = bend > 0.0;
+  made.path[kStraight] = 10.0 / std::exp(made.path[kLogScale]);
   made.path[kLogSeparation] = std::log(0.04);
   for (double& one : made.of_light) one = random.normal(0.0, 0.3);
   made.of_light[kExponent] = random.uniform(1.5, 2.5);

@@ -198,10 +198,13 @@ VehicleEstimate image_of(const Vehicle& car, double height_m, double strength) {
   return estimate_of(2, image, Frames::all, view);
 }
 
-VehicleEstimate seen_as(VehicleEstimate estimate, int width_px, int height_px) {
+VehicleEstimate seen_as(VehicleEstimate estimate, int width_px, int height_px, bool clips = true) {
   for (TrackRow& row : estimate.rows)
     for (auto* lamp : {&row.sighting.left, &row.sighting.right})
-      if (*lamp) (*lamp)->box = {0, 0, width_px - 1, height_px - 1};
+      if (*lamp) {
+        (*lamp)->box = {0, 0, width_px - 1, height_px - 1};
+        (*lamp)->saturated_px = clips ? width_px * height_px / 2 : 0;
+      }
   return estimate;
 }
 
@@ -211,6 +214,7 @@ TEST(OnePlace, AStreakThatClipsIsAnImageThoughItHasMoreLightThanItsLamp) {
   EXPECT_TRUE(mirrors(seen_as(image, 8, 40), car, kOverLamps_m, kLampHeight_m));
   // Too much light for its size, and no taller than what is above it: lamps.
   EXPECT_FALSE(mirrors(seen_as(image, 8, 16), car, kOverLamps_m, kLampHeight_m));
+  EXPECT_FALSE(mirrors(seen_as(image, 8, 40, false), car, kOverLamps_m, kLampHeight_m));
   EXPECT_FALSE(mirrors(seen_as(image, 20, 20), car, kOverLamps_m, kLampHeight_m));
 }
 
