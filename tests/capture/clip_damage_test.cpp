@@ -1,5 +1,7 @@
 #include <algorithm>
 
+#include <gtest/gtest.h>
+
 #include "all_frames.h"
 #include "capture/clip_source.h"
 #include "core/error.h"

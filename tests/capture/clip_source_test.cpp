@@ -6,6 +6,8 @@ extern "C" {
 #include <libavutil/frame.h>
 }
 
+#include <gtest/gtest.h>
+
 #include "all_frames.h"
 #include "support/clip_writer.h"
 #include "support/temporary_folder.h"
