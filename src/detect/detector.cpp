@@ -66,9 +66,11 @@ void check(const Frame& frame) {
 constexpr float kCodingSigma = 0.018f;
 struct Coded {
   double clip_share;
+  double most_wing_px;
   CodingErrors errors;
 };
 constexpr Coded kPlaces{0.5,
+                        200.0,  // they say little of where it is
                         {.correlated_px = 6.0,
                          .summed_px = 6.0,
                          .flux_share = 0.03,
@@ -78,6 +80,7 @@ constexpr Coded kPlaces{0.5,
 // Rims tell a lamp's place, for what they err by all around moves none; its light is told better
 // where they count little.
 constexpr Coded kLights{0.7,
+                        600.0,
                         {.correlated_px = 6.0,
                          .summed_px = 3.0,
                          .flux_share = 0.03,
@@ -174,6 +177,7 @@ FrameLight Detector::State::frame_light(const LumaView& luma, const Levels& leve
     light.clip_code = static_cast<int>(above - linear.begin());
     light.clip_light = 0.5 * static_cast<double>(*(above - 1) + *above);
     light.coding = coded.errors;
+    light.most_wing_px = coded.most_wing_px;
   }
   light.noise.electrons = options.full_well_electrons;
   light.noise.rounding = rounding;

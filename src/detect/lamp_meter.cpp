@@ -156,7 +156,7 @@ bool LampMeter::fit_group(const FrameLight& light, const FrameLight* coded, std:
       guesses_[i].flux = fit.lamps[i].flux;
       guesses_[i].background = fit.background;
     }
-    told = &fitter_.fit(*coded, guesses_, false, others_, first_attempt);
+    told = &fitter_.fit(*coded, guesses_, false, others_, fit.attempt);
   }
   bool settled = true;
   for (std::size_t i = 0; i < members_.size(); ++i) {

@@ -9,9 +9,9 @@
 namespace vildar {
 namespace {
 
-// Of one lamp, beside those about its rim, or within so many sizes of its middle. A lamp that does
-// not clip is told by these pixels alone.
-constexpr double kMostPixels = 600.0, kMostUnclippedPixels = 1200.0;
+// Of one lamp: those within so many sizes of its middle apart, and those about its rim. A lamp that
+// does not clip is told by the first alone.
+constexpr double kMostUnclippedPixels = 1200.0;
 constexpr double kMostRimPixels = 2000.0;
 constexpr double kDenseSizes = 3.0;  // of a lamp that does not clip, its size
 constexpr double kRimInside_px = 5.0, kRimOutside_px = 3.0;
@@ -176,7 +176,7 @@ void LampSamples::gather(const FrameLight& frame, std::span<const LampGuess> gue
     const double dense2 = square_of(dense);
     const double softened_px2 = frame.coding && rim == 0.0 ? frame.coding->softened_px2 : 0.0;
     const int stride =
-        stride_of(kPi * (reach2 - dense2), rim > 0.0 ? kMostPixels : kMostUnclippedPixels);
+        stride_of(kPi * (reach2 - dense2), rim > 0.0 ? frame.most_wing_px : kMostUnclippedPixels);
     const int rim_stride =
         stride_of(2.0 * kPi * rim * (kRimInside_px + kRimOutside_px), kMostRimPixels);
     const std::size_t first_clear = clear_count_, first_clipped = clipped_count_;
