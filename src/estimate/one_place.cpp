@@ -70,6 +70,11 @@ bool says_less(const VehicleEstimate& one, const VehicleEstimate& other) {
   return a.std_mps * b.speed_mps > b.std_mps * a.speed_mps;
 }
 
+std::optional<double> width_rad(const TrackRow& row) {
+  if (!row.bearing_left_rad || !row.bearing_right_rad) return std::nullopt;
+  return (*row.bearing_left_rad - *row.bearing_right_rad).norm();
+}
+
 // Whether the lamps of two pairs stand right below one another: fog lamps or daytime strips, and
 // headlamps. A follower's are hidden by the roof of the one ahead or 0.8 m higher in the picture.
 bool share_a_front(const VehicleEstimate& one, const VehicleEstimate& other) {
@@ -85,8 +90,7 @@ bool share_a_front(const VehicleEstimate& one, const VehicleEstimate& other) {
       const Eigen::Vector2d off_m = *range_m * (lamp_rad - other_rad).cwiseAbs();
       return off_m.x() < kAside_m && off_m.y() < kUpright_m;
     };
-    const double wider = (*a.bearing_left_rad - *a.bearing_right_rad).norm() /
-                         (*b.bearing_left_rad - *b.bearing_right_rad).norm();
+    const double wider = *width_rad(a) / *width_rad(b);
     ++pairs;
     below += wider < kMostWider && wider > 1.0 / kMostWider &&
              close(*a.bearing_left_rad, *b.bearing_left_rad) &&
@@ -131,12 +135,29 @@ bool drawn_out(const TrackRow& one, const TrackRow& other) {
          a.flux_per_px < b.flux_per_px;
 }
 
+// Of two pairs that share a front: whether those of `one` are not its headlamps. These outshine fog
+// lamps below them and strips about them by far; where they do not, they are the upper ones.
+bool not_the_headlamps(const VehicleEstimate& one, const VehicleEstimate& other) {
+  constexpr double kOutshines = 2.0;
+  std::vector<double> strengths, above_rad;
+  look_at_both(one, other, [&](const TrackRow& a, const TrackRow& b) {
+    if (!shows_pair(a.sighting) || !shows_pair(b.sighting) || !a.bearing_rad || !b.bearing_rad)
+      return;
+    strengths.push_back(brighter(a, b));
+    above_rad.push_back(a.bearing_rad->y() - b.bearing_rad->y());
+  });
+  const double strength = median(strengths);
+  if (strength > kOutshines || strength < 1.0 / kOutshines) return strength < 1.0;
+  return median(above_rad) < 0.0;
+}
+
 // Of the frames that show both: how far `carrier` is, and how far `upper` seems to be by its
 // elevation, as if its lamps were as high as the carrier's. `in_line` is the share in which they
 // stand one above the other.
 struct Together {
   std::vector<double> carrier_m, upper_m;
   std::vector<double> brighter;  // the upper lamps over the carrier's
+  std::vector<double> width;     // of the upper pair over the carrier's, where both show one
   double drawn_out = 0.0;        // share in which the carrier's are, beside the upper
   double in_line = 0.0;
   double mean_off_m = 0.0;  // across, where the carrier is
@@ -167,6 +188,8 @@ Together seen_together(const VehicleEstimate& upper, const VehicleEstimate& carr
     const double off_rad = above_rad->x() - carrier_rad->x();
     seen.mean_off_m += *b.range_m * off_rad;
     seen.brighter.push_back(brighter(a, b));
+    if (const auto upper_rad = width_rad(a), under_rad = width_rad(b); upper_rad && under_rad)
+      seen.width.push_back(*upper_rad / *under_rad);
     seen.drawn_out += drawn_out(b, a);
     seen.carrier_m.push_back(*b.range_m);
     seen.upper_m.push_back(*b.range_m * std::tan(carrier_down) / std::tan(upper_down));
@@ -186,6 +209,7 @@ struct InLine {
   double over_m = 0.0;      // over the carrier's, if those are where they seem to be
   double mean_off_m = 0.0;  // across
   double brighter = 0.0;    // the upper lamps over the carrier's
+  double width = 1.0;       // of the upper pair where it seems to be, over the carrier's
   bool drawn_out = false;   // the carrier's lamps, mostly
 };
 
@@ -213,10 +237,16 @@ std::optional<InLine> keeps_in_line(const VehicleEstimate& upper, const VehicleE
                  fit->slope_sigma * mean_m) /
       fit->slope;
   InLine found{
-      fit->slope,      fit->intercept / fit->slope, over_lamps_m * (1.0 - 1.0 / fit->slope),
-      seen.mean_off_m, median(seen.brighter),       seen.drawn_out > 0.5};
+      fit->slope,          fit->intercept / fit->slope, over_lamps_m * (1.0 - 1.0 / fit->slope),
+      seen.mean_off_m,     median(seen.brighter),       1.0,
+      seen.drawn_out > 0.5};
+  if (!seen.width.empty()) found.width = found.factor * median(seen.width);
   if (std::abs(found.back_m) > kMostBack_m || back_sigma_m > kMostBackSigma_m) return std::nullopt;
   return found;
+}
+
+std::string named(const VehicleEstimate& vehicle) {
+  return "vehicle " + std::to_string(vehicle.result.track_id);
 }
 
 void withhold_second(VehicleEstimate& second, const std::string& why) {
@@ -262,7 +292,7 @@ bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, doub
   constexpr double kLowest_m = 0.6, kHighest_m = 3.6;  // of the lamps over headlamps
   constexpr double kLeastBack_m = -2.0;
   constexpr double kAbove_m = 0.35, kBody_m = 1.8, kSurelyFaster = 1.4, kFaster = 2.5,
-                   kFastest_mps = 60.0;
+                   kFastest_mps = 60.0, kNarrow = 0.6;
   const auto line = keeps_in_line(upper, carrier, over_lamps_m);
   if (!line) return false;
   // A faster vehicle in the next lane that passes the camera at once with the other is in line with
@@ -271,10 +301,13 @@ bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, doub
   const double time_s = upper.result.speed.time_s;
   const double beside_m = mixed_state(upper.trajectories, time_s).lateral_m -
                           mixed_state(carrier.trajectories, time_s).lateral_m;
-  const bool collides =
-      std::abs(beside_m) < kBody_m && (line->factor > kSurelyFaster || always_alone(upper));
+  const bool alone = always_alone(upper);
+  const bool collides = std::abs(beside_m) < kBody_m && (line->factor > kSurelyFaster || alone);
+  // In line with a pair, one light or a narrow pair is either end of the lamps over a lorry's cab
+  // as soon as a motorcycle that passes the camera at once with it.
+  const bool end_of_row = !always_alone(carrier) && (alone || line->width < kNarrow);
   const bool drives_so = !upper.result.lane.empty() && std::abs(line->mean_off_m) > kAbove_m &&
-                         !collides && line->factor < kFaster &&
+                         !collides && !end_of_row && line->factor < kFaster &&
                          upper.result.speed.speed_mps < kFastest_mps;
   return !drives_so && line->over_m > kLowest_m && line->over_m < kHighest_m &&
          line->back_m > kLeastBack_m;
@@ -358,40 +391,44 @@ bool glints_beside(const VehicleEstimate& light, const VehicleEstimate& source) 
          fit->slope > kLeastShare && fit->slope < kMostShare && median(strengths) < kFaint;
 }
 
+bool MeasuredVehicles::withhold_part(VehicleEstimate& upper, VehicleEstimate& carrier) const {
+  if (mirrors(carrier, upper, over_lamps_m_, lamp_height_m_)) {
+    withhold_second(carrier, "moves as the image of the lamps of " + named(upper) +
+                                 " on a wet road would; taken for that");
+  } else if (rides_on(upper, carrier, over_lamps_m_)) {
+    withhold_second(upper, "moves as lamps on the roof of " + named(carrier) +
+                               " would; taken for lamps of that vehicle");
+    if (always_alone(carrier) && !always_alone(upper))
+      withhold_second(carrier, "moves as what the lamps of " + named(upper) +
+                                   " light would, or is the only lamp of a vehicle with those on "
+                                   "its roof; which cannot be told");
+  } else if (on_the_body(upper, carrier)) {
+    withhold_second(
+        upper,
+        "keeps to a place within the length of " + named(carrier) +
+            "; taken for a light on its side, though a motorcycle close to it looks the same");
+  } else if (glints_beside(upper, carrier)) {
+    withhold_second(upper, "moves as a glint of " + named(carrier) +
+                               " on a rail beside the road would; taken for one");
+  } else {
+    return false;
+  }
+  return true;
+}
+
 void MeasuredVehicles::add(VehicleEstimate estimate) {
-  const auto named = [](const VehicleEstimate& vehicle) {
-    return "vehicle " + std::to_string(vehicle.result.track_id);
-  };
   for (VehicleEstimate& earlier : held_) {
     if (earlier.result.t_last_s < estimate.result.t_first_s - kLongestGap_s ||
         estimate.result.t_last_s < earlier.result.t_first_s - kLongestGap_s)
       continue;
-    if (one_vehicle(earlier, estimate)) {
-      const bool earlier_goes = says_less(earlier, estimate);
-      const std::string stays = named(earlier_goes ? estimate : earlier);
-      withhold_second(earlier_goes ? earlier : estimate,
-                      "stands where " + stays + " does; taken for the same vehicle, seen twice");
-    }
-    for (const auto& [upper, carrier] :
-         {std::pair(&earlier, &estimate), std::pair(&estimate, &earlier)})
-      if (mirrors(*carrier, *upper, over_lamps_m_, lamp_height_m_))
-        withhold_second(*carrier, "moves as the image of the lamps of " + named(*upper) +
-                                      " on a wet road would; taken for that");
-      else if (rides_on(*upper, *carrier, over_lamps_m_)) {
-        withhold_second(*upper, "moves as lamps on the roof of " + named(*carrier) +
-                                    " would; taken for lamps of that vehicle");
-        if (always_alone(*carrier) && !always_alone(*upper))
-          withhold_second(*carrier, "moves as what the lamps of " + named(*upper) +
-                                        " light would, or is the only lamp of a vehicle with "
-                                        "those on its roof; which cannot be told");
-      } else if (on_the_body(*upper, *carrier))
-        withhold_second(
-            *upper,
-            "keeps to a place within the length of " + named(*carrier) +
-                "; taken for a light on its side, though a motorcycle close to it looks the same");
-      else if (glints_beside(*upper, *carrier))
-        withhold_second(*upper, "moves as a glint of " + named(*carrier) +
-                                    " on a rail beside the road would; taken for one");
+    const bool part = withhold_part(earlier, estimate) || withhold_part(estimate, earlier);
+    if (part || !one_vehicle(earlier, estimate)) continue;
+    const bool earlier_goes = share_a_front(earlier, estimate)
+                                  ? not_the_headlamps(earlier, estimate)
+                                  : says_less(earlier, estimate);
+    const std::string stays = named(earlier_goes ? estimate : earlier);
+    withhold_second(earlier_goes ? earlier : estimate,
+                    "stands where " + stays + " does; taken for the same vehicle, seen twice");
   }
   held_.push_back(std::move(estimate));
 }

@@ -17,7 +17,9 @@ bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other);
 /// Whether the lamps of `upper` move as lamps higher on the body of `carrier` would: from a camera
 /// high over the lamps those seem farther off, by a factor that stays, and as much faster. A
 /// vehicle of its own would have to reach the camera at once with the other, always in one line
-/// with it, and drive beside all lanes, right above the other, in its very lane, or far faster.
+/// with it, and drive beside all lanes, right above the other, in its very lane, or far faster; of
+/// one light, or of a pair that would stand closer together than a car's, in line with a pair the
+/// first is enough.
 /// `over_lamps_m` is the camera's height over headlamps.
 bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, double over_lamps_m);
 
@@ -40,9 +42,9 @@ bool on_the_body(const VehicleEstimate& light, const VehicleEstimate& carrier);
 bool glints_beside(const VehicleEstimate& light, const VehicleEstimate& source);
 
 /// Measured vehicles, held while another track may turn out to be of the same vehicle. Of two that
-/// are one, the speed of smaller relative sigma stands; the other is withheld
-/// (ambiguous_identity), as are lamps that ride on another vehicle, images of its lamps on the road
-/// and glints beside it.
+/// are one, the speed of smaller relative sigma stands, or that of the headlamps where the other is
+/// of the fog lamps or strips about them; the other is withheld (ambiguous_identity), as are lamps
+/// that ride on another vehicle, images of its lamps on the road and glints beside it.
 class MeasuredVehicles {
  public:
   /// Height of the camera over headlamps, and theirs over the road, in metres.
@@ -55,6 +57,9 @@ class MeasuredVehicles {
   std::vector<VehicleEstimate> take_before(double time_s);
 
  private:
+  /// Whether either is a part, an image or a glint of the other, which then has no speed.
+  bool withhold_part(VehicleEstimate& upper, VehicleEstimate& carrier) const;
+
   double over_lamps_m_ = 0.0, lamp_height_m_ = 0.0;
   std::vector<VehicleEstimate> held_;
 };

@@ -8,6 +8,7 @@
 #include "core/text.h"
 #include "estimate/bearing_fit.h"
 #include "estimate/driving_part.h"
+#include "estimate/half_hidden.h"
 #include "estimate/hypotheses.h"
 #include "estimate/speed_budget.h"
 #include "estimate/speed_gate.h"
@@ -229,9 +230,10 @@ bool of_two_vehicles(const Trajectory& likeliest, const Uncertain& tilt_rad) {
 
 }  // namespace
 
-Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& whole, const Camera& camera,
+Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, const Camera& camera,
                                                   const Site& site,
                                                   std::vector<std::string>& warnings) {
+  const VehicleTrack whole = without_half_hidden(as_seen);
   if (whole.beside_lanes_m) {
     warnings.push_back("it drives at y = " + fixed_text(*whole.beside_lanes_m, 1) +
                        " m, beside the lanes of the site file: check the signs of their lateral_m, "

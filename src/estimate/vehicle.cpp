@@ -18,6 +18,7 @@
 #include "estimate/lamp_size.h"
 #include "estimate/lane_choice.h"
 #include "estimate/light_checks.h"
+#include "estimate/lit_surface.h"
 #include "estimate/mixture.h"
 #include "estimate/off_road.h"
 #include "estimate/pass_delay.h"
@@ -426,6 +427,10 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
     warn_of_doubt(trajectories, result.speed.time_s, result);
     estimate.trajectories = std::move(trajectories);
   }
+  if (const auto wide_m = width_of_surface_m(estimate.rows, site.camera->focal_px[0]))
+    withhold(estimate, Miss::not_on_road, {Method::geometry_camera, Method::fused},
+             "its light is " + fixed_text(*wide_m, 1) +
+                 " m wide where it seems to be, and does not clip: a lit window or sign");
   return estimate;
 }
 

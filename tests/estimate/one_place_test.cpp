@@ -255,6 +255,24 @@ TEST(OnePlace, AMarkerThatSeemsToDriveInItsVehiclesLaneRidesOnIt) {
   }
 }
 
+// At either end of the row over a lorry's cab, where they seem to drive in the next lane.
+TEST(OnePlace, LampsAtTheEndOfARowOverTheCabRideOnTheLorry) {
+  Site site = mast_site(6.4);
+  site.road.lanes.push_back({"next", {-8.2, 0.3}, 3.5, Direction::oncoming});
+  const VehicleEstimate seen = estimate_of(1, kCar, Frames::all, kLong, site);
+  for (const double separation_m : {0.0, 0.35}) {
+    const Vehicle end{.along_m = 70.0,
+                      .lateral_m = kCar.lateral_m - 0.9,
+                      .height_m = 3.0,
+                      .separation_m = separation_m};
+    const VehicleEstimate above =
+        estimate_of(2, end, Frames::all, separation_m > 0.0 ? kLong : lone(), site);
+    ASSERT_EQ(above.result.lane, "next");
+    ASSERT_GT(above.result.speed.speed_mps, 1.4 * kCar.speed_mps);
+    EXPECT_TRUE(rides_on(above, seen, 6.4 - kLampHeight_m)) << separation_m;
+  }
+}
+
 // Where the light of a lamp at y = -3.4 is thrown to a camera at y = 0 by a rail at y = -5.6.
 constexpr double kRail_m = -5.6, kShare = kRail_m / (2.0 * kRail_m + 3.4);
 constexpr Vehicle kPassing{.speed_mps = 24.0, .along_m = 85.0};
@@ -354,6 +372,24 @@ TEST(MeasuredVehicles, OfOneSeenTwiceTheBetterSpeedStands) {
       ASSERT_FALSE(one.result.warnings.empty());
       EXPECT_NE(one.result.warnings.back().find("vehicle 2"), std::string::npos);
     }
+  }
+}
+
+// Fog lamps that were seen for longer, or say more; as bright as the headlamps, or brighter by far.
+TEST(MeasuredVehicles, OfLampsOnOneFrontTheHeadlampsTellTheSpeed) {
+  Vehicle lower = kCar;
+  lower.height_m -= 0.3;
+  View brief = kLong;
+  brief.from_s = 0.6;
+  for (const double strength : {0.1, 0.8, 5.0}) {
+    View view = kLong;
+    view.flux_at_1m *= strength;
+    MeasuredVehicles measured(kOverLamps_m, kLampHeight_m);
+    measured.add(estimate_of(1, lower, Frames::all, view));
+    measured.add(estimate_of(2, kCar, Frames::all, brief));
+    for (const VehicleEstimate& one : measured.take_before(kForever))
+      EXPECT_EQ(one.result.withheld.has_value(), one.result.track_id == (strength > 1.0 ? 2 : 1))
+          << one.result.track_id << ", " << strength;
   }
 }
 

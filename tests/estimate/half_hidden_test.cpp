@@ -1,0 +1,60 @@
+#include "estimate/half_hidden.h"
+
+#include <gtest/gtest.h>
+
+#include "estimate/vehicle.h"
+#include "simulated_pass.h"
+
+namespace vildar {
+namespace {
+
+using simulated::mast_site;
+using simulated::track_of;
+using simulated::Vehicle;
+using simulated::View;
+
+constexpr Vehicle kCar{.along_m = 70.0};
+constexpr View kLong{.to_s = 2.8, .sigma_px = 0.3};
+
+VehicleTrack seen_track() {
+  Random random(3);
+  return track_of(kCar, mast_site(5.0), kLong, random);
+}
+
+/// Of the right lamp a sliver is left until `until_s`, to one side of its middle.
+VehicleTrack hidden_until(double until_s) {
+  VehicleTrack track = seen_track();
+  for (std::size_t k = 0; k < track.sightings.size(); ++k) {
+    LampSighting& right = *track.sightings[k].right;
+    if (static_cast<double>(k) / kLong.frame_rate_hz > until_s) break;
+    right.flux *= 0.2;
+    right.centre_px.x() += 3.0;
+  }
+  return track;
+}
+
+TEST(HalfHidden, ASliverOfALampSaysNothingOfItsPlace) {
+  const auto outcome = estimate_vehicle(hidden_until(1.2), mast_site(5.0), {}).result;
+  ASSERT_FALSE(outcome.withheld);
+  EXPECT_LT(std::abs(outcome.speed.speed_mps - kCar.speed_mps), 2.5 * outcome.speed.std_mps);
+}
+
+TEST(HalfHidden, GoesWhereTheLampsAreAlikeElsewhere) {
+  const VehicleTrack whole = without_half_hidden(hidden_until(1.2));
+  int gone = 0;
+  for (const VehicleSighting& one : whole.sightings) {
+    EXPECT_TRUE(one.left);
+    gone += !one.right;
+  }
+  EXPECT_EQ(gone, 37);
+  EXPECT_FALSE(whole.sightings.front().right);
+  EXPECT_TRUE(whole.sightings.back().right);
+}
+
+TEST(HalfHidden, ALampThatIsAlwaysTheFainterStays) {
+  for (const VehicleSighting& one : without_half_hidden(hidden_until(9.0)).sightings)
+    EXPECT_TRUE(one.left && one.right);
+}
+
+}  // namespace
+}  // namespace vildar
