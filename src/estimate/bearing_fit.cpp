@@ -7,6 +7,7 @@
 
 #include "core/clock.h"
 #include "core/median.h"
+#include "core/quantity.h"
 #include "estimate/camera_view.h"
 #include "estimate/path_start.h"
 #include "estimate/speed_gate.h"
@@ -16,6 +17,9 @@ namespace {
 
 constexpr int kFewestFrames = 5;
 constexpr double kShortest_s = 0.2;
+/// Springs lift the nose of a car that speeds up, and let it dive as it brakes, by 1 to 2.5 degrees
+/// at the acceleration of gravity.
+constexpr Uncertain kUsualSquat{radians_from_degrees(0.17), radians_from_degrees(0.1)};
 constexpr double kFarOff = 1.5;  // sigmas that are wrong by so much lead a fit astray
 
 const LaneSite* only_lane(const RoadSite& road, Direction direction) {
@@ -54,6 +58,25 @@ double usual_range_m(const std::vector<RoughPath>& paths) {
   return median(std::move(by_path_m));
 }
 
+// Of how far springs go only the most is an unknown of the fit: how they follow the acceleration is
+// known to some of it, alike for a second.
+void let_springs_work(GeometryProblem& problem) {
+  constexpr double kFelt_mps2 = 0.2, kUnlike = 0.15, kAlike_s = 1.0;
+  if (std::ranges::none_of(problem.ego, [](const EgoDeviation& one) {
+        return std::abs(one.springs_mps2) > kFelt_mps2;
+      }))
+    return;
+  problem.ego_unknowns[kSquat - kHeading] = kUsualSquat;
+  const auto [first, last] = std::ranges::minmax(problem.lamps, {}, &LampObservation::time_s);
+  const double watched_s = std::max(last.time_s - first.time_s, kAlike_s);
+  const double alike = static_cast<double>(problem.lamps.size()) * kAlike_s / watched_s;
+  for (std::size_t i = 0; i < problem.lamps.size(); ++i) {
+    double& sigma = problem.lamps[i].sigma.y();
+    sigma = std::hypot(sigma, kUnlike * kUsualSquat.mean * problem.ego[i].springs_mps2 *
+                                  std::sqrt(std::max(1.0, alike)));
+  }
+}
+
 // Best of the fits from all starts, tried in the order of their costs; the first that explains the
 // data is taken without trying the others.
 Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView& view,
@@ -73,14 +96,15 @@ Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView&
   const OwnWay own = ego.own_way(problem.reference_s, usual_range_m(paths));
   problem.ego_unknowns = {own.heading_rad, own.delay_s};
   std::ranges::copy(own.swings, problem.ego_unknowns.end() - kOwnSwings);
-  problem.setting.ego_unsure =
-      std::ranges::any_of(problem.ego_unknowns, [](const Uncertain& one) { return one.std > 0.0; });
   problem.ego_aside_std_m = own.aside_std_m;
   if (auto& lateral_m = problem.priors.lateral_m)
     lateral_m->std = std::hypot(lateral_m->std, own.aside_std_m);
   problem.ego.clear();
   for (const LampObservation& lamp : problem.lamps)
     problem.ego.push_back(ego.deviation(problem.reference_s, lamp.time_s));
+  let_springs_work(problem);
+  problem.setting.ego_unsure =
+      std::ranges::any_of(problem.ego_unknowns, [](const Uncertain& one) { return one.std > 0.0; });
   std::vector<std::pair<double, PathVector>> starts;
   for (const RoughPath& path : paths) {
     const auto start = start_of(path, problem, road, ego, sizes);

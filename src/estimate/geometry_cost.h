@@ -26,8 +26,10 @@ struct LampResidual {
     if (!(ray.z() > T(1e-6))) return false;
     residual[0] =
         (ray.x() / ray.z() - seen.normalized.x()) / (seen.sigma.x() * problem->sigma_factor.x());
-    residual[1] =
-        (ray.y() / ray.z() - seen.normalized.y()) / (seen.sigma.y() * problem->sigma_factor.y());
+    // The nose up, all is seen lower.
+    const T squat = p[kSquat] * problem->ego[index].springs_mps2;
+    residual[1] = (ray.y() / ray.z() + squat - seen.normalized.y()) /
+                  (seen.sigma.y() * problem->sigma_factor.y());
     return true;
   }
 };

@@ -31,6 +31,7 @@ enum PathParameter : int {
   kLogFocal,  ///< ln of the focal length over the site's
   kHeading,   ///< of the camera's own vehicle off the road's at the reference time, rad
   kEgoDelay,  ///< to be added to the stamps of the trace of its motion, s
+  kSquat,     ///< pitch of the camera per own acceleration, nose up: positive, rad per m/s^2
   kOwnSwing,  ///< first of OwnWay's swings
   kPathParameters = kOwnSwing + kOwnSwings,
 };

@@ -154,6 +154,18 @@ DrivenPose EgoMotion::driven(const DrivenPose& from, double to_s) const {
   });
 }
 
+// The slope of the line through the speeds about then: stamps and speeds of a trace scatter.
+double EgoMotion::springs_mps2(double time_s) const {
+  constexpr double kLag_s = 0.2, kStep_s = 0.1;
+  constexpr int kSteps = 5;  // either way
+  double sum = 0.0, weight = 0.0;
+  for (int k = -kSteps; k <= kSteps; ++k) {
+    sum += k * speed_mps(time_s - kLag_s + k * kStep_s);
+    weight += k * k * kStep_s;
+  }
+  return sum / weight;
+}
+
 EgoDeviation EgoMotion::deviation(double reference_s, double time_s) const {
   EgoDeviation deviation;
   deviation.curvature_per_m = curvature_per_m_;
@@ -169,6 +181,7 @@ EgoDeviation EgoMotion::deviation(double reference_s, double time_s) const {
   };
   const DrivenPose pose = driven({.time_s = reference_s}, time_s,
                                  [&](double at_s, double) { return turn_rate_at(at_s); });
+  deviation.springs_mps2 = springs_mps2(time_s);
   deviation.ahead_m = pose.x_m - speed_mps(reference_s) * (time_s - reference_s);
   deviation.left_m = pose.y_m;
   deviation.heading_rad = pose.heading_rad;

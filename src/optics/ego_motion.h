@@ -25,6 +25,7 @@ struct EgoDeviation {
   /// Driven since the reference time, where yaw rates tell the turns; else the road, of whatever
   /// radius, is followed, and this is zero.
   double way_m = 0.0;
+  double springs_mps2 = 0.0;     ///< own acceleration, as its springs have followed it
   double curvature_per_m = 0.0;  ///< of the road as left_m and heading_rad take it; left: positive
   /// What along_m (and ahead_m), left_m and heading_rad change by for each second that is added to
   /// the trace's stamps.
@@ -128,6 +129,7 @@ class EgoMotion {
  private:
   double interpolated(double time_s, double EgoSample::*field) const;
   double untold_mps(double time_s) const;
+  double springs_mps2(double time_s) const;
   OwnWay lane_keeping(double reference_s, double range_m) const;
   std::array<EgoDeviation::Swing, kOwnSwings> swings_by(double reference_s, double time_s) const;
   /// `turn_rate_rad_per_s(time_s, way_m)`, anticlockwise.

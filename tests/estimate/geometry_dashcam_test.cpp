@@ -44,7 +44,12 @@ TEST(Geometry, DashcamFollowsAnEgoTrace) {
   Site site = dashcam_site();
   for (double t_s = -1.0; t_s < 5.0; t_s += 0.1)
     site.ego->trace.push_back({t_s, 15.0 - 3.0 * t_s, 0.0});
-  const VehicleResult result = result_of(vehicle, site, view);
+  // The nose dives.
+  Site diving = site;
+  diving.camera->pitch_rad.mean -= radians_from_degrees(0.17 * 3.0);
+  Random random(1);
+  const VehicleResult result =
+      estimate_vehicle(track_of(vehicle, diving, view, random), site, {}).result;
   expect_motion(result, vehicle, 1e-3);
   EXPECT_NEAR(*result.closing_speed_mps, 12.0 + 15.0 - 3.0 * result.speed.time_s, 0.02);
 }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/QR>
@@ -38,6 +39,18 @@ TEST(EgoMotion, DrivesAlongTheRoadOrAsYawRatesSay) {
 
   ego.trace = {{0.0, 20.0, 0.1}, {2.0, 20.0, 0.3}};
   EXPECT_NEAR(EgoMotion(ego, road).driven({}, 2.0).heading_rad, 0.4, 1e-9);
+}
+
+TEST(EgoMotion, SpringsFollowTheAccelerationOfATrace) {
+  EgoSite ego{{0.0, 0.1}, {}, {}};
+  for (int k = 0; k <= 60; ++k)
+    ego.trace.push_back({0.1 * k, 20.0 - 2.0 * std::clamp(0.1 * k - 3.0, 0.0, 9.0), 0.0});
+  const EgoMotion motion(ego, RoadSite{});
+  EXPECT_NEAR(motion.deviation(1.0, 2.0).springs_mps2, 0.0, 1e-9);
+  EXPECT_NEAR(motion.deviation(1.0, 3.2).springs_mps2, -1.0, 0.05);
+  EXPECT_NEAR(motion.deviation(1.0, 4.5).springs_mps2, -2.0, 1e-9);
+  ego.trace.clear();
+  EXPECT_EQ(EgoMotion(ego, RoadSite{}).deviation(1.0, 2.0).springs_mps2, 0.0);
 }
 
 // Half way between samples 1 and 4 s apart, and beyond the last one.
