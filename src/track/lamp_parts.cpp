@@ -92,19 +92,22 @@ void gather(std::vector<const Blob*>& parts, std::vector<const Blob*>& others, d
 }  // namespace
 
 void join_lamp_parts(BlobFrame& frame, const RoadView& view) {
-  std::vector<const Blob*> left;
-  for (const Blob& blob : frame.blobs)
-    if (blob.kind == LampKind::taillamp) left.push_back(&blob);
-  std::ranges::stable_sort(left, std::ranges::greater{}, &Blob::flux);
   std::vector<Blob> joined;
   std::vector<char> is_part(frame.blobs.size(), 0);
-  while (!left.empty()) {
-    std::vector<const Blob*> parts{left.front()};
-    left.erase(left.begin());
-    gather(parts, left, least_px_per_m(*parts.front(), view));
-    if (parts.size() == 1) continue;
-    joined.push_back(sum_of(parts));
-    for (const Blob* part : parts) is_part[static_cast<std::size_t>(part - frame.blobs.data())] = 1;
+  for (const LampKind kind : {LampKind::taillamp, LampKind::headlamp}) {
+    std::vector<const Blob*> left;
+    for (const Blob& blob : frame.blobs)
+      if (blob.kind == kind) left.push_back(&blob);
+    std::ranges::stable_sort(left, std::ranges::greater{}, &Blob::flux);
+    while (!left.empty()) {
+      std::vector<const Blob*> parts{left.front()};
+      left.erase(left.begin());
+      gather(parts, left, least_px_per_m(*parts.front(), view));
+      if (parts.size() == 1) continue;
+      joined.push_back(sum_of(parts));
+      for (const Blob* part : parts)
+        is_part[static_cast<std::size_t>(part - frame.blobs.data())] = 1;
+    }
   }
   if (joined.empty()) return;
   std::vector<Blob> blobs;

@@ -41,7 +41,7 @@ void LightScale::see_colour(double cr, double cb) {
 }
 
 bool LightScale::colourless() const {
-  constexpr double kNearGrey = 0.004, kSeldomRed = 0.005;
+  constexpr double kNearGrey = 0.002, kSeldomRed = 0.005;
   return colour_sum_ < kNearGrey * lights_ && red_ < kSeldomRed * lights_;
 }
 

@@ -80,11 +80,24 @@ TEST(LampParts, TwoLampsStayTwo) {
   ASSERT_EQ(joined({part, other}, site).blobs.size(), 1u);
   other.kind = LampKind::headlamp;
   EXPECT_EQ(joined({part, other}, site).blobs.size(), 2u);
+  other.kind = LampKind::other;
+  EXPECT_EQ(joined({other, other}, site).blobs.size(), 2u);
   other.kind = LampKind::taillamp;
   other.saturated_px = 9;
   EXPECT_EQ(joined({part, other}, site).blobs.size(), 1u);
   other.centre_px = at_px + Eigen::Vector2d(0.0, 4.0);
   EXPECT_EQ(joined({part, other}, site).blobs.size(), 2u);
+}
+
+TEST(LampParts, AMotorcyclesTwoHeadlampsAreOne) {
+  const Site site = site_at(5.0);
+  Blob left = light_at(pixel_of(site, 20.0, -2.89, 0.75));
+  Blob right = light_at(pixel_of(site, 20.0, -3.11, 0.75));
+  left.kind = right.kind = LampKind::headlamp;
+  const BlobFrame frame = joined({left, right}, site);
+  ASSERT_EQ(frame.blobs.size(), 1u);
+  EXPECT_EQ(frame.blobs[0].kind, LampKind::headlamp);
+  EXPECT_NEAR(frame.blobs[0].centre_px.x(), 0.5 * (left.centre_px.x() + right.centre_px.x()), 1e-9);
 }
 
 // Five LEDs 0.2 m apart are wider than a lamp.

@@ -38,7 +38,7 @@ TEST(LightScale, NoiseIsNoColourAndOneTailLampInAHundredIs) {
   LightScale grey, coloured;
   EXPECT_FALSE(grey.colourless());
   for (int i = 0; i < 100; ++i) {
-    const double noise = i % 2 == 0 ? 0.002 : -0.002;
+    const double noise = i % 2 == 0 ? 0.001 : -0.001;
     grey.see_colour(noise, -noise);
     coloured.see_colour(i == 50 ? 0.12 : noise, i == 50 ? -0.05 : -noise);
   }

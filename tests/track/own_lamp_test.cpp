@@ -133,8 +133,8 @@ TEST(LastFrameAsAnother, TheTrackerLeavesItOut) {
   made.cars[0].left_hidden_from_s = 0.72;
   made.cars[0].left_hidden_to_s = 2.76;
   made.cars[0].hidden_s = {{0.04, 1.4}};
-  made.cars[1].x_m = 65.0;
-  made.cars[1].speed_mps = -19.0;
+  made.cars[1].x_m = 63.5;
+  made.cars[1].speed_mps = -18.5;
   made.cars[1].left_hidden_from_s = 0.16;
   made.cars[1].left_hidden_to_s = 2.4;
   made.cars[1].hidden_s = {{1.2, 1.72}};
