@@ -22,14 +22,18 @@ double log_ratio(const VehicleSighting& sighting) {
 }  // namespace
 
 VehicleTrack without_half_hidden(VehicleTrack track) {
-  constexpr int kFewest = 5, kShare = 5;
+  // Fewer are strays to the fit.
+  constexpr int kFewest = 5, kShare = 5, kUnlikeShare = 10;
   int pairs = 0, alike = 0;
   for (const VehicleSighting& sighting : track.sightings) {
     if (!shows_pair(sighting)) continue;
     ++pairs;
     alike += std::abs(log_ratio(sighting)) < kAlike;
   }
-  if (alike < kFewest || kShare * alike < pairs) return track;
+  const int unlike = pairs - alike;
+  if (alike < kFewest || kShare * alike < pairs || unlike < kFewest ||
+      kUnlikeShare * unlike < pairs)
+    return track;
   for (VehicleSighting& sighting : track.sightings) {
     if (!shows_pair(sighting)) continue;
     const double ratio = log_ratio(sighting);

@@ -17,6 +17,10 @@ constexpr double kBeside_m = 0.25, kAbove_m = 0.16, kLargest_m = 0.42;
 bool belong_together(const Blob& a, const Blob& b, double px_per_m) {
   const Eigen::Vector2d apart_px = (a.centre_px - b.centre_px).cwiseAbs();
   const bool beside = apart_px.x() > apart_px.y();
+  // An indicator beside a lamp is no part of that.
+  constexpr double kTwins = 2.0;
+  if (a.kind == LampKind::headlamp && std::max(a.flux, b.flux) > kTwins * std::min(a.flux, b.flux))
+    return false;
   return (beside || a.saturated_px + b.saturated_px == 0) &&
          apart_px.norm() < (beside ? kBeside_m : kAbove_m) * px_per_m;
 }

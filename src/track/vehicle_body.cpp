@@ -66,12 +66,11 @@ std::vector<SeenTogether> seen_together(const Lamp& light, const Vehicle& vehicl
   std::vector<SeenTogether> seen;
   for (auto one = from(light.records), left = from(lefts), right = from(rights);
        one != light.records.end() && left != lefts.end() && right != rights.end();) {
-    const std::int64_t frame = std::max({one->frame, left->frame, right->frame});
-    if (std::min({one->frame, left->frame, right->frame}) == frame)
-      seen.push_back({one->at_px, left->at_px, right->at_px});
-    one += one->frame <= frame;
-    left += left->frame <= frame;
-    right += right->frame <= frame;
+    const std::int64_t last = std::max({one->frame, left->frame, right->frame});
+    if (std::min({one->frame, left->frame, right->frame}) == last)
+      seen.push_back({(one++)->at_px, (left++)->at_px, (right++)->at_px});
+    else
+      for (auto* at : {&one, &left, &right}) *at += (*at)->frame < last;
   }
   return seen;
 }

@@ -97,9 +97,9 @@ TEST(LookAlikes, ALightFarFainterThanTheLampsBehindItIsWhatTheyLight) {
 
 // A lamp that is at `at_m(frame)` in the world, followed from frame 0 to `last`.
 Lamp followed(const scene::OneCar& road, std::int64_t last, double flux,
-              const std::function<Eigen::Vector3d(std::int64_t)>& at_m) {
+              const std::function<Eigen::Vector3d(std::int64_t)>& at_m, std::int64_t first = 0) {
   std::optional<Lamp> lamp;
-  for (std::int64_t frame = 0; frame <= last; ++frame) {
+  for (std::int64_t frame = first; frame <= last; ++frame) {
     Blob blob;
     blob.centre_px = *road.camera.project(at_m(frame));
     blob.flux = flux;
@@ -118,19 +118,23 @@ Lamp followed(const scene::OneCar& road, std::int64_t last, double flux,
 
 double along_m(std::int64_t frame) { return 70.0 - 0.5 * static_cast<double>(frame); }
 
-// A light between a pair's lamps, `above_m` over them and `behind_m` farther away.
-double riding_share(double above_m, double behind_m) {
+// A light between a pair's lamps, `above_m` over them and `behind_m` farther away, which is first
+// seen when they are or, so many frames, earlier.
+double riding_share(double above_m, double behind_m, std::int64_t earlier = 0) {
   const scene::OneCar road;
   constexpr std::int64_t kFrames = 80;
-  const auto lamp_at = [&](double y_m, double over_m, double back_m) {
-    return followed(road, kFrames, 100.0, [=](std::int64_t frame) {
-      return Eigen::Vector3d(along_m(frame) + back_m, y_m, 0.68 + over_m);
-    });
+  const auto lamp_at = [&](double y_m, double over_m, double back_m, std::int64_t first) {
+    return followed(
+        road, kFrames, 100.0,
+        [=](std::int64_t frame) {
+          return Eigen::Vector3d(along_m(frame) + back_m, y_m, 0.68 + over_m);
+        },
+        first);
   };
-  Lamp left = lamp_at(-3.4, 0.0, 0.0), right = lamp_at(-4.6, 0.0, 0.0);
+  Lamp left = lamp_at(-3.4, 0.0, 0.0, earlier), right = lamp_at(-4.6, 0.0, 0.0, earlier);
   const PairFit fit = road.view.fit_pair(left.at_px(), right.at_px(), 1.0);
   Lamps lamps;
-  lamps.push_back(std::make_unique<Lamp>(lamp_at(-4.0, above_m, behind_m)));
+  lamps.push_back(std::make_unique<Lamp>(lamp_at(-4.0, above_m, behind_m, 0)));
   Vehicles vehicles;
   vehicles.push_back(std::make_unique<Vehicle>(scene::vehicle_of(left, right)));
   vehicles[0]->inverse_depth_per_m = fit.inverse_depth_per_m;
@@ -144,6 +148,9 @@ TEST(LookAlikes, WhatRidesOnABodyKeepsItsPlaceThere) {
   EXPECT_EQ(riding_share(1.4, 0.0), 1.0);
   EXPECT_EQ(riding_share(0.8, 3.0), 1.0) << "behind the windscreen";
   EXPECT_EQ(riding_share(0.0, 20.0), 0.0);
+  EXPECT_EQ(riding_share(0.0, 14.0), 0.0);
+  EXPECT_EQ(riding_share(0.0, 14.0, 15), 0.0);
+  EXPECT_EQ(riding_share(1.4, 0.0, 15), 1.0);
 }
 
 // A light that seems at lamp height and `nearer` times as near as the lamps, in the column of one
