@@ -170,7 +170,9 @@ std::optional<Eigen::Vector2d> bearing_rad(const TrackRow& row) {
 }
 
 Together seen_together(const VehicleEstimate& upper, const VehicleEstimate& carrier) {
-  constexpr double kBeside_m = 1.2, kLeastDown_rad = 1e-3;
+  constexpr double kLeastDown_rad = 1e-3;
+  // One lamp may be at the side of a lorry.
+  const double beside_m = always_alone(upper) ? 1.5 : 1.2;
   Together seen;
   // Where it stands, or is not measured, the carrier is about where it next is.
   std::vector<double> before_rad;
@@ -180,7 +182,7 @@ Together seen_together(const VehicleEstimate& upper, const VehicleEstimate& carr
     if (!above_rad || !carrier_rad) return;
     before_rad.push_back(above_rad->x() - carrier_rad->x());
     if (!b.range_m) return;
-    for (const double off_rad : before_rad) in_line += std::abs(*b.range_m * off_rad) < kBeside_m;
+    for (const double off_rad : before_rad) in_line += std::abs(*b.range_m * off_rad) < beside_m;
     looks += static_cast<double>(before_rad.size());
     before_rad.clear();
     const double upper_down = -above_rad->y(), carrier_down = -carrier_rad->y();
