@@ -17,9 +17,9 @@ namespace {
 
 constexpr int kFewestFrames = 5;
 constexpr double kShortest_s = 0.2;
-/// Springs lift the nose of a car that speeds up, and let it dive as it brakes, by 1 to 2.5 degrees
-/// at the acceleration of gravity.
-constexpr Uncertain kUsualSquat{radians_from_degrees(0.17), radians_from_degrees(0.1)};
+/// Springs lift the nose of a car that speeds up, and let it dive as it brakes, by 1.5 +- 1.2
+/// degrees at the acceleration of gravity.
+constexpr Uncertain kUsualSquat{radians_from_degrees(0.15), radians_from_degrees(0.12)};
 constexpr double kFarOff = 1.5;  // sigmas that are wrong by so much lead a fit astray
 
 const LaneSite* only_lane(const RoadSite& road, Direction direction) {
@@ -59,7 +59,8 @@ double usual_range_m(const std::vector<RoughPath>& paths) {
 }
 
 // Of how far springs go only the most is an unknown of the fit: how they follow the acceleration is
-// known to some of it, alike for a second.
+// known to some of it, alike for a second. Where the lamps' separation tells the range as well,
+// that shows in what is left over; one lamp's way takes it for its own.
 void let_springs_work(GeometryProblem& problem) {
   constexpr double kFelt_mps2 = 0.2, kUnlike = 0.15, kAlike_s = 1.0;
   if (std::ranges::none_of(problem.ego, [](const EgoDeviation& one) {
@@ -67,6 +68,7 @@ void let_springs_work(GeometryProblem& problem) {
       }))
     return;
   problem.ego_unknowns[kSquat - kHeading] = kUsualSquat;
+  if (problem.pairs) return;
   const auto [first, last] = std::ranges::minmax(problem.lamps, {}, &LampObservation::time_s);
   const double watched_s = std::max(last.time_s - first.time_s, kAlike_s);
   const double alike = static_cast<double>(problem.lamps.size()) * kAlike_s / watched_s;

@@ -8,7 +8,7 @@ namespace vildar {
 /// to one side of its middle. The two lamps of a pair are alike; where they are within a factor of
 /// two in a fifth of the pictures that show both (five and more), one that is fainter than that
 /// beside the other in a tenth of them (five and more) is taken for a part of a lamp, or for
-/// something else. A lamp that is always the fainter stays. For a camera that stands.
+/// something else. A lamp that is always the fainter stays.
 VehicleTrack without_half_hidden(VehicleTrack track);
 
 }  // namespace vildar

@@ -233,8 +233,7 @@ bool of_two_vehicles(const Trajectory& likeliest, const Uncertain& tilt_rad) {
 Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, const Camera& camera,
                                                   const Site& site,
                                                   std::vector<std::string>& warnings) {
-  // From low down lamps of two vehicles pass for a pair more often, and only both tell that.
-  const VehicleTrack whole = site.ego ? as_seen : without_half_hidden(as_seen);
+  const VehicleTrack whole = without_half_hidden(as_seen);
   if (whole.beside_lanes_m) {
     warnings.push_back("it drives at y = " + fixed_text(*whole.beside_lanes_m, 1) +
                        " m, beside the lanes of the site file: check the signs of their lateral_m, "

@@ -46,7 +46,7 @@ TEST(Geometry, DashcamFollowsAnEgoTrace) {
     site.ego->trace.push_back({t_s, 15.0 - 3.0 * t_s, 0.0});
   // The nose dives.
   Site diving = site;
-  diving.camera->pitch_rad.mean -= radians_from_degrees(0.17 * 3.0);
+  diving.camera->pitch_rad.mean -= radians_from_degrees(0.15 * 3.0);
   Random random(1);
   const VehicleResult result =
       estimate_vehicle(track_of(vehicle, diving, view, random), site, {}).result;

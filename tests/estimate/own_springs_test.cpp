@@ -49,7 +49,7 @@ TEST(OwnSprings, DoNotPassForTheWayOfALoneLamp) {
     site.ego = EgoSite{{0.0, 0.1}, {}, {}};
     for (double t_s = -1.0; t_s < 8.0; t_s += kStep_s)
       site.ego->trace.push_back({t_s, speed_mps(t_s) + 0.05 * random.normal(), 0.0});
-    const double squat_rad = radians_from_degrees(0.17 + 0.08 * random.normal());
+    const double squat_rad = radians_from_degrees(0.15 + 0.1 * random.normal());
     const double ahead_mps = kOwnSpeed_mps + random.uniform(1.0, 3.0);
     const Vehicle ahead{-ahead_mps,
                         0.0,
