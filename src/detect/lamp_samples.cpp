@@ -9,8 +9,8 @@
 namespace vildar {
 namespace {
 
-// Of one lamp: those within so many sizes of its middle apart, and those about its rim. A lamp that
-// does not clip is told by the first alone.
+// Of one lamp that does not clip, beside those within so many sizes of its middle; and about the
+// rim of one that does. See FrameLight for those about that.
 constexpr double kMostUnclippedPixels = 1200.0;
 constexpr double kMostRimPixels = 2000.0;
 constexpr double kDenseSizes = 3.0;  // of a lamp that does not clip, its size

@@ -7,8 +7,8 @@
 
 #include "core/clock.h"
 #include "core/median.h"
-#include "core/quantity.h"
 #include "estimate/camera_view.h"
+#include "estimate/own_springs.h"
 #include "estimate/path_start.h"
 #include "estimate/speed_gate.h"
 
@@ -17,9 +17,6 @@ namespace {
 
 constexpr int kFewestFrames = 5;
 constexpr double kShortest_s = 0.2;
-/// Springs lift the nose of a car that speeds up, and let it dive as it brakes, by 1.5 +- 1.2
-/// degrees at the acceleration of gravity.
-constexpr Uncertain kUsualSquat{radians_from_degrees(0.15), radians_from_degrees(0.12)};
 constexpr double kFarOff = 1.5;  // sigmas that are wrong by so much lead a fit astray
 
 const LaneSite* only_lane(const RoadSite& road, Direction direction) {
@@ -58,24 +55,20 @@ double usual_range_m(const std::vector<RoughPath>& paths) {
   return median(std::move(by_path_m));
 }
 
-// Of how far springs go only the most is an unknown of the fit: how they follow the acceleration is
-// known to some of it, alike for a second. Where the lamps' separation tells the range as well,
-// that shows in what is left over; one lamp's way takes it for its own.
+// How far springs go is an unknown of the fit. How they follow the acceleration shows in what is
+// left over where the lamps' separation tells the range as well; one lamp's way takes it for its
+// own.
 void let_springs_work(GeometryProblem& problem) {
-  constexpr double kFelt_mps2 = 0.2, kUnlike = 0.15, kAlike_s = 1.0;
-  if (std::ranges::none_of(problem.ego, [](const EgoDeviation& one) {
-        return std::abs(one.springs_mps2) > kFelt_mps2;
-      }))
-    return;
+  if (!springs_work(problem.ego)) return;
   problem.ego_unknowns[kSquat - kHeading] = kUsualSquat;
   if (problem.pairs) return;
+  constexpr double kShort_s = 1.0;
   const auto [first, last] = std::ranges::minmax(problem.lamps, {}, &LampObservation::time_s);
-  const double watched_s = std::max(last.time_s - first.time_s, kAlike_s);
-  const double alike = static_cast<double>(problem.lamps.size()) * kAlike_s / watched_s;
+  const double per_s =
+      static_cast<double>(problem.lamps.size()) / std::max(last.time_s - first.time_s, kShort_s);
   for (std::size_t i = 0; i < problem.lamps.size(); ++i) {
     double& sigma = problem.lamps[i].sigma.y();
-    sigma = std::hypot(sigma, kUnlike * kUsualSquat.mean * problem.ego[i].springs_mps2 *
-                                  std::sqrt(std::max(1.0, alike)));
+    sigma = std::hypot(sigma, springs_sigma_rad(problem.ego[i], per_s));
   }
 }
 

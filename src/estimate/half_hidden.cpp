@@ -1,5 +1,6 @@
 #include "estimate/half_hidden.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -8,7 +9,7 @@ namespace {
 
 constexpr double kAlike = std::numbers::ln2;
 
-bool shows_pair(const VehicleSighting& sighting) {
+bool shows_two(const VehicleSighting& sighting) {
   return sighting.left && sighting.right && !sighting.both_in_one;
 }
 
@@ -26,7 +27,7 @@ VehicleTrack without_half_hidden(VehicleTrack track) {
   constexpr int kFewest = 5, kShare = 5, kUnlikeShare = 10;
   int pairs = 0, alike = 0;
   for (const VehicleSighting& sighting : track.sightings) {
-    if (!shows_pair(sighting)) continue;
+    if (!shows_two(sighting)) continue;
     ++pairs;
     alike += std::abs(log_ratio(sighting)) < kAlike;
   }
@@ -35,7 +36,7 @@ VehicleTrack without_half_hidden(VehicleTrack track) {
       kUnlikeShare * unlike < pairs)
     return track;
   for (VehicleSighting& sighting : track.sightings) {
-    if (!shows_pair(sighting)) continue;
+    if (!shows_two(sighting)) continue;
     const double ratio = log_ratio(sighting);
     if (ratio < -kAlike) sighting.left.reset();
     if (ratio > kAlike) sighting.right.reset();

@@ -7,9 +7,9 @@
 
 namespace vildar {
 
-std::optional<double> width_of_surface_m(std::span<const TrackRow> rows, double focal_px) {
+std::optional<double> width_of_surface_m(std::span<const TrackRow> rows, const CameraSite& camera) {
   constexpr double kWidest_m = 0.45;
-  constexpr int kLeast_px = 8;
+  constexpr int kLeast_px = 12;  // more than blur makes of a lamp
   constexpr std::size_t kFewest = 5;
   std::vector<double> width_m;
   std::size_t ranged = 0;
@@ -21,7 +21,7 @@ std::optional<double> width_of_surface_m(std::span<const TrackRow> rows, double 
       const PixelBox& box = lamp->box;
       const int width_px = std::min(box.u_max - box.u_min, box.v_max - box.v_min) + 1;
       if (lamp->saturated_px > 0 || width_px < kLeast_px) continue;
-      width_m.push_back(width_px * *row.range_m / focal_px);
+      width_m.push_back(width_px * (*row.range_m - camera.position_m[0].mean) / camera.focal_px[0]);
       break;
     }
   }

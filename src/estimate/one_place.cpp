@@ -305,8 +305,8 @@ bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, doub
                           mixed_state(carrier.trajectories, time_s).lateral_m;
   const bool alone = always_alone(upper);
   const bool collides = std::abs(beside_m) < kBody_m && (line->factor > kSurelyFaster || alone);
-  // In line with a pair, one light or a narrow pair is either end of the lamps over a lorry's cab
-  // as soon as a motorcycle that passes the camera at once with it.
+  // In line with a pair, one light or a narrow pair is as likely an end of the lamps over a lorry's
+  // cab as a motorcycle that passes the camera at once with it.
   const bool end_of_row = !always_alone(carrier) && (alone || line->width < kNarrow);
   const bool drives_so = !upper.result.lane.empty() && std::abs(line->mean_off_m) > kAbove_m &&
                          !collides && !end_of_row && line->factor < kFaster &&
@@ -393,6 +393,18 @@ bool glints_beside(const VehicleEstimate& light, const VehicleEstimate& source) 
          fit->slope > kLeastShare && fit->slope < kMostShare && median(strengths) < kFaint;
 }
 
+namespace {
+
+void withhold_side_light(VehicleEstimate& light, const VehicleEstimate& carrier) {
+  if (on_the_body(light, carrier))
+    withhold_second(
+        light,
+        "keeps to a place within the length of " + named(carrier) +
+            "; taken for a light on its side, though a motorcycle close to it looks the same");
+}
+
+}  // namespace
+
 bool MeasuredVehicles::withhold_part(VehicleEstimate& upper, VehicleEstimate& carrier) const {
   if (mirrors(carrier, upper, over_lamps_m_, lamp_height_m_)) {
     withhold_second(carrier, "moves as the image of the lamps of " + named(upper) +
@@ -404,11 +416,6 @@ bool MeasuredVehicles::withhold_part(VehicleEstimate& upper, VehicleEstimate& ca
       withhold_second(carrier, "moves as what the lamps of " + named(upper) +
                                    " light would, or is the only lamp of a vehicle with those on "
                                    "its roof; which cannot be told");
-  } else if (on_the_body(upper, carrier)) {
-    withhold_second(
-        upper,
-        "keeps to a place within the length of " + named(carrier) +
-            "; taken for a light on its side, though a motorcycle close to it looks the same");
   } else if (glints_beside(upper, carrier)) {
     withhold_second(upper, "moves as a glint of " + named(carrier) +
                                " on a rail beside the road would; taken for one");
@@ -423,8 +430,12 @@ void MeasuredVehicles::add(VehicleEstimate estimate) {
     if (earlier.result.t_last_s < estimate.result.t_first_s - kLongestGap_s ||
         estimate.result.t_last_s < earlier.result.t_first_s - kLongestGap_s)
       continue;
-    const bool part = withhold_part(earlier, estimate) || withhold_part(estimate, earlier);
-    if (part || !one_vehicle(earlier, estimate)) continue;
+    if (withhold_part(earlier, estimate) || withhold_part(estimate, earlier)) continue;
+    if (!one_vehicle(earlier, estimate)) {
+      withhold_side_light(earlier, estimate);
+      withhold_side_light(estimate, earlier);
+      continue;
+    }
     const bool earlier_goes = share_a_front(earlier, estimate)
                                   ? not_the_headlamps(earlier, estimate)
                                   : says_less(earlier, estimate);

@@ -16,7 +16,7 @@ namespace {
 // tan of the widest incidence angle at which the paper's estimators are used.
 const double kWidestTangent = std::tan(radians_from_degrees(30.0));
 constexpr double kClearSigmas = 5.0;
-constexpr double kBlock_s = 0.010;
+constexpr double kPowerBlock_s = 0.010;
 
 bool in_front(const PowerCase& known, double mean_w, double time_s, const Trajectory* trajectory) {
   const double d_m = known.perpendicular_m();
@@ -67,7 +67,7 @@ PowerSeries usable_power(const PowerTrace& trace, const Uncertain& ambient_w, do
     auto last = first;
     double sum_w = 0.0;
     const auto at = [](std::ptrdiff_t i) { return static_cast<std::size_t>(i); };
-    while (last < end && trace.time_s[at(last)] < trace.time_s[at(first)] + kBlock_s)
+    while (last < end && trace.time_s[at(last)] < trace.time_s[at(first)] + kPowerBlock_s)
       sum_w += static_cast<double>(trace.power_w[at(last++)]) - ambient_w.mean;
     const double mean_w = sum_w / static_cast<double>(last - first);
     const double time_s = 0.5 * (trace.time_s[at(first)] + trace.time_s[at(last - 1)]) + offset_s;
@@ -75,7 +75,7 @@ PowerSeries usable_power(const PowerTrace& trace, const Uncertain& ambient_w, do
         in_front(known, mean_w, time_s, trajectory)) {
       const auto samples = static_cast<int>(last - first);
       blocks.push_back(
-          {time_s, kBlock_s, mean_w, trace.noise_sigma_w / std::sqrt(samples), samples});
+          {time_s, kPowerBlock_s, mean_w, trace.noise_sigma_w / std::sqrt(samples), samples});
       for (auto i = first; i < last; ++i) {
         series.time_s.push_back(trace.time_s[at(i)] + offset_s);
         series.power_w.push_back(static_cast<double>(trace.power_w[at(i)]) - ambient_w.mean);

@@ -10,6 +10,7 @@
 #include "core/clock.h"
 #include "estimate/geometry_cost.h"
 #include "estimate/mixture.h"
+#include "estimate/own_springs.h"
 
 namespace vildar {
 namespace {
@@ -131,6 +132,12 @@ struct RecursiveFit::Filter {
       problem.ego.clear();
       for (const LampObservation& lamp : lamps)
         problem.ego.push_back(trajectory.ego.deviation(problem.reference_s, lamp.time_s));
+      // How far springs go stays as the first fit found it.
+      for (std::size_t i = 0; i < lamps.size() && !problem.pairs; ++i) {
+        double& sigma = problem.lamps[i].sigma.y();
+        const double per_s = 1.0 / std::max(1e-3, time_s - last_s);
+        sigma = std::hypot(sigma, springs_sigma_rad(problem.ego[i], per_s));
+      }
       for (std::size_t i = 0; i < lamps.size(); ++i) update(i, trajectory);
       trajectory.frames += !lamps.empty();
     }

@@ -427,7 +427,7 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
     warn_of_doubt(trajectories, result.speed.time_s, result);
     estimate.trajectories = std::move(trajectories);
   }
-  if (const auto wide_m = width_of_surface_m(estimate.rows, site.camera->focal_px[0]))
+  if (const auto wide_m = width_of_surface_m(estimate.rows, *site.camera))
     withhold(estimate, Miss::not_on_road, {Method::geometry_camera, Method::fused},
              "its light is " + fixed_text(*wide_m, 1) +
                  " m wide where it seems to be, and does not clip: a lit window or sign");

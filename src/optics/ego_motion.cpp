@@ -4,12 +4,14 @@
 #include <cmath>
 #include <cstddef>
 #include <iterator>
+#include <numeric>
 #include <span>
 #include <vector>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 
+#include "core/median.h"
 #include "core/quantity.h"
 #include "core/robust_line.h"
 #include "optics/road.h"
@@ -82,6 +84,7 @@ EgoMotion::EgoMotion(const EgoSite& site, const RoadSite& road, std::optional<Wa
   if (road.radius_m) road_curvature_per_m_ = bend_of(road) / road.radius_m->mean;
   straight_m_ = road.straight_m.mean;
   if (turns_known_) curvature_per_m_ = road_curvature_per_m_;
+  springs_sigma_mps2_ = springs_sigma_mps2();
   if (!watched) return;
   constexpr int kPoints = 64;
   double sum = 0.0;
@@ -154,16 +157,41 @@ DrivenPose EgoMotion::driven(const DrivenPose& from, double to_s) const {
   });
 }
 
-// The slope of the line through the speeds about then: stamps and speeds of a trace scatter.
+// The slope of the line through the speeds about then, as far as the trace tells them: stamps and
+// speeds of a trace scatter.
 double EgoMotion::springs_mps2(double time_s) const {
   constexpr double kLag_s = 0.2, kStep_s = 0.1;
   constexpr int kSteps = 5;  // either way
-  double sum = 0.0, weight = 0.0;
+  std::vector<double> at_s, at_mps;
   for (int k = -kSteps; k <= kSteps; ++k) {
-    sum += k * speed_mps(time_s - kLag_s + k * kStep_s);
-    weight += k * k * kStep_s;
+    const double one_s = time_s - kLag_s + k * kStep_s;
+    if (one_s < site_.trace.front().time_s || one_s > site_.trace.back().time_s) continue;
+    at_s.push_back(one_s);
+    at_mps.push_back(speed_mps(one_s));
   }
-  return sum / weight;
+  if (at_s.size() < 3) return 0.0;
+  const auto n = static_cast<double>(at_s.size());
+  const double mean_s = std::accumulate(at_s.begin(), at_s.end(), 0.0) / n;
+  double product = 0.0, square = 0.0;
+  for (std::size_t i = 0; i < at_s.size(); ++i) {
+    product += (at_s[i] - mean_s) * at_mps[i];
+    square += (at_s[i] - mean_s) * (at_s[i] - mean_s);
+  }
+  return product / square;
+}
+
+// Of that, for how the speeds of a trace scatter from sample to sample.
+double EgoMotion::springs_sigma_mps2() const {
+  constexpr double kOver_s = 1.0;
+  const std::vector<EgoSample>& trace = site_.trace;
+  if (trace.size() < 4) return 0.0;
+  std::vector<double> bends_mps;
+  for (std::size_t i = 2; i < trace.size(); ++i)
+    bends_mps.push_back(trace[i].speed_mps - 2.0 * trace[i - 1].speed_mps + trace[i - 2].speed_mps);
+  const double sigma_mps = robust_sigma(std::move(bends_mps)) / std::sqrt(6.0);
+  const double samples = kOver_s * static_cast<double>(trace.size() - 1) /
+                         std::max(trace.back().time_s - trace.front().time_s, 1e-3);
+  return sigma_mps / kOver_s * std::sqrt(12.0 / std::max(samples, 6.0));
 }
 
 EgoDeviation EgoMotion::deviation(double reference_s, double time_s) const {
@@ -182,6 +210,7 @@ EgoDeviation EgoMotion::deviation(double reference_s, double time_s) const {
   const DrivenPose pose = driven({.time_s = reference_s}, time_s,
                                  [&](double at_s, double) { return turn_rate_at(at_s); });
   deviation.springs_mps2 = springs_mps2(time_s);
+  deviation.springs_sigma_mps2 = springs_sigma_mps2_;
   deviation.ahead_m = pose.x_m - speed_mps(reference_s) * (time_s - reference_s);
   deviation.left_m = pose.y_m;
   deviation.heading_rad = pose.heading_rad;

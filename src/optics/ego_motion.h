@@ -25,7 +25,8 @@ struct EgoDeviation {
   /// Driven since the reference time, where yaw rates tell the turns; else the road, of whatever
   /// radius, is followed, and this is zero.
   double way_m = 0.0;
-  double springs_mps2 = 0.0;     ///< own acceleration, as its springs have followed it
+  double springs_mps2 = 0.0;  ///< own acceleration, as its springs have followed it
+  double springs_sigma_mps2 = 0.0;
   double curvature_per_m = 0.0;  ///< of the road as left_m and heading_rad take it; left: positive
   /// What along_m (and ahead_m), left_m and heading_rad change by for each second that is added to
   /// the trace's stamps.
@@ -130,6 +131,7 @@ class EgoMotion {
   double interpolated(double time_s, double EgoSample::*field) const;
   double untold_mps(double time_s) const;
   double springs_mps2(double time_s) const;
+  double springs_sigma_mps2() const;
   OwnWay lane_keeping(double reference_s, double range_m) const;
   std::array<EgoDeviation::Swing, kOwnSwings> swings_by(double reference_s, double time_s) const;
   /// `turn_rate_rad_per_s(time_s, way_m)`, anticlockwise.
@@ -138,7 +140,7 @@ class EgoMotion {
 
   EgoSite site_;
   double road_curvature_per_m_ = 0.0, straight_m_ = 0.0;  ///< of the road's line y = 0
-  double untold_mps_ = 0.0;
+  double untold_mps_ = 0.0, springs_sigma_mps2_ = 0.0;
   bool moving_ = false;
   bool turns_known_ = false;
   double curvature_per_m_ = 0.0;         ///< of the road; zero where the turns are not known

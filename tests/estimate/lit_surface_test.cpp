@@ -16,17 +16,25 @@ using simulated::track_of;
 using simulated::Vehicle;
 using simulated::View;
 
-constexpr double kFocal_px = 1500.0;
+constexpr double kFocal_px = 1500.0, kCamera_m = 20.0;
+
+CameraSite camera_of(double focal_px = kFocal_px) {
+  CameraSite camera;
+  camera.focal_px = {focal_px, focal_px};
+  camera.position_m[0].mean = kCamera_m;
+  return camera;
+}
 
 /// A light of this size from 45 to 25 m, as the picture shows it.
 std::vector<TrackRow> rows_of(double width_m, double height_m, int saturated_px = 0) {
   std::vector<TrackRow> rows;
   for (int i = 0; i <= 20; ++i) {
     TrackRow row;
-    row.range_m = 45.0 - i;
+    const double away_m = 45.0 - i;
+    row.range_m = kCamera_m + away_m;
     LampSighting lamp;
     const auto across = [&](double length_m) {
-      return static_cast<int>(std::lround(length_m * kFocal_px / *row.range_m)) - 1;
+      return static_cast<int>(std::lround(length_m * kFocal_px / away_m)) - 1;
     };
     lamp.box = {100, 100, 100 + across(width_m), 100 + across(height_m)};
     lamp.saturated_px = saturated_px;
@@ -37,23 +45,23 @@ std::vector<TrackRow> rows_of(double width_m, double height_m, int saturated_px 
 }
 
 TEST(LitSurface, AWindowIsWiderThanAnyLamp) {
-  const auto width_m = width_of_surface_m(rows_of(1.4, 0.9), kFocal_px);
+  const auto width_m = width_of_surface_m(rows_of(1.4, 0.9), camera_of());
   ASSERT_TRUE(width_m);
   EXPECT_NEAR(*width_m, 0.9, 0.03);
 }
 
 TEST(LitSurface, LampsAreNot) {
-  EXPECT_FALSE(width_of_surface_m(rows_of(0.3, 0.3), kFocal_px));
-  EXPECT_FALSE(width_of_surface_m(rows_of(1.2, 0.15), kFocal_px));  // a bar of light
+  EXPECT_FALSE(width_of_surface_m(rows_of(0.3, 0.3), camera_of()));
+  EXPECT_FALSE(width_of_surface_m(rows_of(1.2, 0.15), camera_of()));  // a bar of light
   // What clips is drawn larger than it is.
-  EXPECT_FALSE(width_of_surface_m(rows_of(0.9, 0.9, 40), kFocal_px));
+  EXPECT_FALSE(width_of_surface_m(rows_of(0.9, 0.9, 40), camera_of()));
 }
 
 TEST(LitSurface, OfFewPixelsOrWithoutARangeNothingIsSaid) {
-  EXPECT_FALSE(width_of_surface_m(rows_of(0.15, 0.15), kFocal_px / 8.0));
+  EXPECT_FALSE(width_of_surface_m(rows_of(0.15, 0.15), camera_of(kFocal_px / 8.0)));
   std::vector<TrackRow> rows = rows_of(0.9, 0.9);
   for (TrackRow& row : rows) row.range_m.reset();
-  EXPECT_FALSE(width_of_surface_m(rows, kFocal_px));
+  EXPECT_FALSE(width_of_surface_m(rows, camera_of()));
 }
 
 TEST(LitSurface, HasNoSpeed) {

@@ -258,11 +258,11 @@ TEST(OnePlace, AMarkerThatSeemsToDriveInItsVehiclesLaneRidesOnIt) {
 // At either end of the row over a lorry's cab, where they seem to drive in the next lane.
 TEST(OnePlace, LampsAtTheEndOfARowOverTheCabRideOnTheLorry) {
   Site site = mast_site(6.4);
-  site.road.lanes.push_back({"next", {-8.2, 0.3}, 3.5, Direction::oncoming});
+  site.road.lanes.push_back({"next", {-9.0, 0.3}, 3.5, Direction::oncoming});
   const VehicleEstimate seen = estimate_of(1, kCar, Frames::all, kLong, site);
   for (const double separation_m : {0.0, 0.35}) {
     const Vehicle end{.along_m = 70.0,
-                      .lateral_m = kCar.lateral_m - 0.9,
+                      .lateral_m = kCar.lateral_m - (separation_m > 0.0 ? 0.9 : 1.35),
                       .height_m = 3.0,
                       .separation_m = separation_m};
     const VehicleEstimate above =
@@ -375,7 +375,7 @@ TEST(MeasuredVehicles, OfOneSeenTwiceTheBetterSpeedStands) {
   }
 }
 
-// Fog lamps that were seen for longer, or say more; as bright as the headlamps, or brighter by far.
+// Fog lamps that were seen for longer: fainter, as bright as the headlamps, or brighter by far.
 TEST(MeasuredVehicles, OfLampsOnOneFrontTheHeadlampsTellTheSpeed) {
   Vehicle lower = kCar;
   lower.height_m -= 0.3;
@@ -387,7 +387,9 @@ TEST(MeasuredVehicles, OfLampsOnOneFrontTheHeadlampsTellTheSpeed) {
     MeasuredVehicles measured(kOverLamps_m, kLampHeight_m);
     measured.add(estimate_of(1, lower, Frames::all, view));
     measured.add(estimate_of(2, kCar, Frames::all, brief));
-    for (const VehicleEstimate& one : measured.take_before(kForever))
+    const auto both = measured.take_before(kForever);
+    ASSERT_EQ(both.size(), 2U);
+    for (const VehicleEstimate& one : both)
       EXPECT_EQ(one.result.withheld.has_value(), one.result.track_id == (strength > 1.0 ? 2 : 1))
           << one.result.track_id << ", " << strength;
   }

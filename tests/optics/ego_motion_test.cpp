@@ -49,6 +49,13 @@ TEST(EgoMotion, SpringsFollowTheAccelerationOfATrace) {
   EXPECT_NEAR(motion.deviation(1.0, 2.0).springs_mps2, 0.0, 1e-9);
   EXPECT_NEAR(motion.deviation(1.0, 3.2).springs_mps2, -1.0, 0.05);
   EXPECT_NEAR(motion.deviation(1.0, 4.5).springs_mps2, -2.0, 1e-9);
+  EXPECT_NEAR(motion.deviation(1.0, 6.0).springs_mps2, -2.0, 1e-9) << "where the trace ends";
+  EXPECT_EQ(motion.deviation(1.0, 8.0).springs_mps2, 0.0);
+  EXPECT_NEAR(motion.deviation(1.0, 4.5).springs_sigma_mps2, 0.0, 1e-9);
+  EgoSite rough = ego;
+  for (std::size_t k = 0; k < rough.trace.size(); ++k)
+    rough.trace[k].speed_mps += k % 2 == 0 ? 0.1 : -0.1;
+  EXPECT_GT(EgoMotion(rough, RoadSite{}).deviation(1.0, 4.5).springs_sigma_mps2, 0.1);
   ego.trace.clear();
   EXPECT_EQ(EgoMotion(ego, RoadSite{}).deviation(1.0, 2.0).springs_mps2, 0.0);
 }

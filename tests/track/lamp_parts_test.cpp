@@ -98,6 +98,8 @@ TEST(LampParts, AMotorcyclesTwoHeadlampsAreOne) {
   ASSERT_EQ(frame.blobs.size(), 1u);
   EXPECT_EQ(frame.blobs[0].kind, LampKind::headlamp);
   EXPECT_NEAR(frame.blobs[0].centre_px.x(), 0.5 * (left.centre_px.x() + right.centre_px.x()), 1e-9);
+  right.flux *= 0.3;
+  EXPECT_EQ(joined({left, right}, site).blobs.size(), 2u) << "an indicator";
 }
 
 // Five LEDs 0.2 m apart are wider than a lamp.

@@ -44,6 +44,10 @@ TEST(LightScale, NoiseIsNoColourAndOneTailLampInAHundredIs) {
   }
   EXPECT_TRUE(grey.colourless());
   EXPECT_FALSE(coloured.colourless());
+  // White lamps alone, as a camera sees them that knows colours.
+  LightScale white;
+  for (int i = 0; i < 100; ++i) white.see_colour(i % 2 == 0 ? 0.004 : -0.002, 0.001);
+  EXPECT_FALSE(white.colourless());
 }
 
 TEST(LightScale, HeadlampsAreNoFainterThanTaillamps) {
