@@ -70,7 +70,7 @@ struct Coded {
   CodingErrors errors;
 };
 constexpr Coded kPlaces{0.5,
-                        200.0,  // wings say little of where a lamp is
+                        300.0,  // wings say little of where a lamp is
                         {.correlated_px = 6.0,
                          .summed_px = 6.0,
                          .flux_share = 0.03,
