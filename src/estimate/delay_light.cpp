@@ -12,7 +12,7 @@
 namespace vildar {
 namespace {
 
-constexpr double kClearSigmas = 10.0;
+constexpr double kClearLightSigmas = 10.0;
 
 // Half a period of the mains, in which street lamps' flicker averages out, or several of them where
 // the samples are sparse.
@@ -134,11 +134,11 @@ Outcome<DelaySide> side_of(const PowerTrace& trace, const Site& site, double fro
       [](const PowerBlock& a, const PowerBlock& b) { return a.power_w < b.power_w; });
   if (peak == side.blocks.end()) return Miss::too_few_samples;
   const double peak_w = peak->power_w - trace.ambient_w;
-  if (!(peak_w > kClearSigmas * peak->sigma_w)) return Miss::below_noise;
+  if (!(peak_w > kClearLightSigmas * peak->sigma_w)) return Miss::below_noise;
   constexpr double kGone = 0.01;  // of the peak
   const auto ended = std::find_if(peak, side.blocks.end(), [&](const PowerBlock& block) {
     const double light_w = block.power_w - trace.ambient_w;
-    return light_w < std::max(kClearSigmas * block.sigma_w, kGone * peak_w);
+    return light_w < std::max(kClearLightSigmas * block.sigma_w, kGone * peak_w);
   });
   side.passed_s = (ended == side.blocks.end() ? std::prev(ended) : ended)->time_s;
   if (to_peak) side.blocks.erase(peak, side.blocks.end());

@@ -8,7 +8,7 @@ namespace {
 
 // Blocks over which a change is told from those before and after it.
 constexpr std::ptrdiff_t kReach = 2;
-constexpr double kSteeper = 2.5, kClearSigmas = 10.0;
+constexpr double kSteeper = 2.5, kClearEdgeSigmas = 10.0;
 
 // Whether the light changes between a block and the second after it as no curve does that is wider
 // than a block.
@@ -22,7 +22,7 @@ bool is_edge(const std::vector<PowerBlock>& blocks, std::ptrdiff_t from) {
   const double change_w = std::abs(after.power_w - before.power_w);
   const double around_w = std::abs(before.power_w - at(from - kReach).power_w) +
                           std::abs(at(from + 2 * kReach).power_w - after.power_w);
-  return change_w > kSteeper * around_w + kClearSigmas * std::hypot(before.sigma_w, after.sigma_w);
+  return change_w > kSteeper * around_w + kClearEdgeSigmas * std::hypot(before.sigma_w, after.sigma_w);
 }
 
 // Whether the last block may hold part of an edge, which the end of the blocks hides: it leaves
@@ -33,7 +33,7 @@ bool ends_in_an_edge(const std::vector<PowerBlock>& blocks) {
                    &first = *(blocks.end() - 3);
   return std::abs(last.power_w - before.power_w) >
          kSteeper * std::abs(before.power_w - first.power_w) +
-             kClearSigmas * std::hypot(last.sigma_w, before.sigma_w);
+             kClearEdgeSigmas * std::hypot(last.sigma_w, before.sigma_w);
 }
 
 // Marks the blocks in which an edge of `finer` may lie.

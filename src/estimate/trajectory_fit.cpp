@@ -8,6 +8,7 @@
 #include "core/text.h"
 #include "estimate/bearing_fit.h"
 #include "estimate/driving_part.h"
+#include "estimate/flashers.h"
 #include "estimate/half_hidden.h"
 #include "estimate/hypotheses.h"
 #include "estimate/speed_budget.h"
@@ -233,7 +234,7 @@ bool of_two_vehicles(const Trajectory& likeliest, const Uncertain& tilt_rad) {
 Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, const Camera& camera,
                                                   const Site& site,
                                                   std::vector<std::string>& warnings) {
-  const VehicleTrack whole = without_half_hidden(as_seen);
+  const VehicleTrack whole = without_half_hidden(without_flashes(as_seen));
   if (whole.beside_lanes_m) {
     warnings.push_back("it drives at y = " + fixed_text(*whole.beside_lanes_m, 1) +
                        " m, beside the lanes of the site file: check the signs of their lateral_m, "

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "types/vehicle_track.h"
+
+namespace vildar {
+
+/// The track without places of lamps beside which a flasher is lit. From a distance a lamp and the
+/// indicator beside it are one light, whose middle and height jump as it flashes. Lit is where a
+/// lamp's light, less its steady change (median slope of 0.35 s to either side), is in the upper
+/// two thirds between two levels that are 10 % and eight times the scatter
+/// of single pictures apart, where flashes and pauses follow one
+/// another as UN Regulation 48 has them, 60 to 120 a minute.
+VehicleTrack without_flashes(VehicleTrack track);
+
+}  // namespace vildar
