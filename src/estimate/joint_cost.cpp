@@ -83,15 +83,19 @@ bool log_power(const double* path, const double* light, const LightSetting& sett
   const PathPoint<double> place =
       gradient != nullptr ? plain(slopes) : vehicle_point(path, problem.setting, tau_s);
   const double scale_m = std::exp(path[kLogScale]);
-  const double below_m = receiver_m.z() - problem.setting.camera_m.z() + scale_m * path[kDrop];
+  const Eigen::Vector3d& camera_m = problem.setting.camera_m;
+  const Eigen::Vector3d off_camera_m =
+      std::exp(path[kLogScale] - setting.log_scale) * (receiver_m - camera_m);
+  const double below_m = off_camera_m.z() + scale_m * path[kDrop];
   const double half_m = problem.pairs ? 0.5 * scale_m * std::exp(path[kLogSeparation]) : 0.0;
   const double heading_cos = std::cos(place.heading_rad), heading_sin = std::sin(place.heading_rad);
   std::array<LampPower, 2> lamps;
   std::array<double, 2> asides_m{half_m, -half_m};
   const std::size_t count = problem.pairs ? 2 : 1;
   for (std::size_t i = 0; i < count; ++i) {
-    const double ahead_m = place.x_m - asides_m[i] * heading_sin - receiver_m.x() - moved_m;
-    const double across_m = place.y_m + asides_m[i] * heading_cos - receiver_m.y();
+    const double ahead_m =
+        place.x_m - asides_m[i] * heading_sin - camera_m.x() - off_camera_m.x() - moved_m;
+    const double across_m = place.y_m + asides_m[i] * heading_cos - camera_m.y() - off_camera_m.y();
     if (!(ahead_m > 0.0)) return false;
     lamps[i] =
         lamp_power(setting, light, path[kLogScale], ahead_m, across_m, below_m, place.heading_rad);
@@ -121,7 +125,8 @@ bool log_power(const double* path, const double* light, const LightSetting& sett
                                                           both.by_heading * slopes.heading_rad.v;
   gradient->path.setZero();
   gradient->path.head<kOfPlace>() = by_place.head<kOfPlace>();
-  gradient->path[kLogScale] += light[kExponent] + both.by_below * scale_m * path[kDrop] + by_aside;
+  gradient->path[kLogScale] += light[kExponent] + both.by_below * below_m + by_aside -
+                               both.by_ahead * off_camera_m.x() - both.by_across * off_camera_m.y();
   gradient->path[kDrop] += both.by_below * scale_m;
   gradient->path[kLogSeparation] += by_aside;
   gradient->light[kTimeShift] = by_place[kOfPlace];

@@ -44,6 +44,10 @@ constexpr double beam_prior_std(int parameter) {
 
 struct LightSetting {
   const GeometryProblem* problem = nullptr;
+  /// kLogScale at which photodiodes stand where the site has them. By another they stand off the
+  /// camera by as many times more: light of no photodiode tells lengths by where that stands, for
+  /// any beam that does not follow the model to a thousandth looks like another length.
+  double log_scale = 0.0;
   double log_gain = 0.0, log_gain_std = 0.0;  ///< prior of ln (gain over power unit); std 0: none
   double exponent = 2.0, exponent_std = 0.0;  ///< std 0: fixed
   double cosine_exponent = 0.0;

@@ -158,6 +158,7 @@ std::optional<Miss> prepare_joint(const Trajectory& camera_only, const Site& sit
   if (joint.light.log_gain_std > 0.0)
     joint.light.log_gain_std = std::hypot(joint.light.log_gain_std, log_light_std_most);
   joint.light.problem = &joint.geometry;
+  joint.light.log_scale = camera_only.fit.parameters[kLogScale];
   scale_power(joint);
   return std::nullopt;
 }

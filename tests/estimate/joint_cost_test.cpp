@@ -33,6 +33,7 @@ Case drawn(double bend, Random& random) {
   made.problem.setting.steps = {{-0.4, random.normal(0.0, 0.05)}, {0.3, random.normal(0.0, 0.05)}};
   made.receiver.position_m = {1.0, 0.5, 4.5};
   made.light.cosine_exponent = 1.0;
+  made.light.log_scale = std::log(30.0);
   made.block = {.time_s = random.uniform(-0.8, 0.8), .power = 0.4, .bulge = 1.01, .sigma = 0.02};
   made.path[kLogScale] = std::log(random.uniform(25.0, 45.0));
   made.path[kClosingRate] = random.uniform(0.3, 0.6);
@@ -95,6 +96,7 @@ TEST(LogPower, APairShinesInHalvesFromItsTwoPlaces) {
   made.of_light.fill(0.0);
   made.of_light[kLogGain] = 0.4;
   made.of_light[kExponent] = 2.0;
+  made.light.log_scale = made.path[kLogScale];
   constexpr double kTau_s = 0.4, kMoved_m = 0.3;
   double value = 0.0;
   ASSERT_TRUE(log_power(made.path.data(), made.of_light.data(), made.light,
@@ -111,6 +113,21 @@ TEST(LogPower, APairShinesInHalvesFromItsTwoPlaces) {
     sum += 0.5 * std::exp(0.4) * scale_m * scale_m * apart_m.x() / std::pow(apart_m.norm(), 3);
   }
   EXPECT_NEAR(value, std::log(sum), 1e-12);
+}
+
+TEST(LogPower, TellsNoLengthByWhereThePhotodiodeStands) {
+  Random random(8);
+  Case made = drawn(0.0, random);
+  made.light.problem = &made.problem;
+  made.problem.pairs = true;
+  const auto value_at = [&](double log_scale) {
+    made.path[kLogScale] = log_scale;
+    double value = 0.0;
+    EXPECT_TRUE(log_power(made.path.data(), made.of_light.data(), made.light,
+                          Eigen::Vector3d(3.0, -9.0, 4.0), 0.0, 0.3, value));
+    return value;
+  };
+  EXPECT_NEAR(value_at(std::log(36.0)), value_at(std::log(30.0)), 1e-12);
 }
 
 TEST(BlockResidual, HasNoneForAVehicleThatIsPast) {
