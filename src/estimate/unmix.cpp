@@ -1,10 +1,13 @@
 #include "estimate/unmix.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 
 #include <Eigen/Cholesky>
 
+#include "estimate/joint_cost.h"
 #include "estimate/power_blocks.h"
 #include "optics/channel.h"
 
@@ -12,18 +15,23 @@ namespace vildar {
 namespace {
 
 constexpr std::size_t kFewestBlocks = 20;
-// A gain is a broken line in ln D: knots this far apart, between which it changes by this share,
-// and by this much per radian squared.
+// ln of a gain is near enough a broken line in ln D: knots this far apart, between which it changes
+// by this share, and by this much per radian squared, beside what the headlamps' shapes make of it.
 constexpr double kKnots_nat = 0.15, kStep = 0.03, kWidth = 1.5;
 constexpr double kEdge_rad = 0.45;    // a beam is modelled up to this azimuth
 constexpr double kPast_m = 2.0;       // and dark from here on behind the photodiode
 constexpr double kUnmodelled = 0.01;  // of the light
 constexpr double kFarthest_m = 300.0;
 
-struct Law {
-  double exponent = 2.0, cosine_exponent = 0.0;
+// How lamps may be unlike the law throughout: a width, a tilt and another exponent.
+constexpr std::size_t kShapes = 3;
+using Shapes = std::array<double, kShapes>;
 
-  explicit Law(const ChannelSite& channel) : exponent(channel.path_loss_exponent->mean) {
+struct Law {
+  double exponent = 2.0, exponent_std = 0.0, cosine_exponent = 0.0;
+
+  explicit Law(const ChannelSite& channel)
+      : exponent(channel.path_loss_exponent->mean), exponent_std(channel.path_loss_exponent->std) {
     if (channel.half_power_angle_rad)
       cosine_exponent = lambertian_order(Radians(*channel.half_power_angle_rad)) + 1.0;
   }
@@ -35,19 +43,22 @@ struct Shine {
   std::vector<double> light, knot;
   std::vector<bool> beside;
   double nearest = INFINITY, farthest = -INFINITY;  // knots
-  double across_m = 0.0;
-  Eigen::Index first = 0;  // of its unknowns
+  double across_m = 0.0, below_m = 0.0;
+  Eigen::Index first = 0;  // of its unknowns, the knots' gains and then the shapes
   double gain = 0.0;
+  std::vector<double> gains;  // of the knots, about which the fit is linear
 
   bool shines() const { return farthest >= nearest; }
   Eigen::Index knots() const {
     return static_cast<Eigen::Index>(std::floor(farthest) - std::floor(nearest)) + 2;
   }
-  // Azimuth squared at a knot.
-  double azimuth2(Eigen::Index index) const {
-    const double distance_m =
-        std::exp(kKnots_nat * (std::floor(nearest) + static_cast<double>(index)));
-    return std::pow(std::min(kEdge_rad, across_m / distance_m), 2);
+  Eigen::Index unknowns() const { return knots() + static_cast<Eigen::Index>(kShapes); }
+  // Azimuth squared, elevation and ln D at a knot.
+  Shapes shapes(Eigen::Index index) const {
+    const double log_distance = kKnots_nat * (std::floor(nearest) + static_cast<double>(index));
+    const double distance_m = std::exp(log_distance);
+    return {std::pow(std::min(kEdge_rad, across_m / distance_m), 2), below_m / distance_m,
+            log_distance};
   }
 };
 
@@ -70,6 +81,7 @@ Shine shine_of(const Trajectory& way, const Law& law, const Eigen::Vector3d& rec
     shine.knot.push_back(knot);
     shine.beside.push_back(beside);
     shine.across_m = std::abs(apart_m.y());
+    shine.below_m = -apart_m.z();
     if (!shines) continue;
     shine.nearest = std::min(shine.nearest, knot);
     shine.farthest = std::max(shine.farthest, knot);
@@ -81,6 +93,7 @@ Shine shine_of(const Trajectory& way, const Law& law, const Eigen::Vector3d& rec
 struct Mixture {
   std::vector<PowerBlock> blocks;
   std::vector<Shine> shines;
+  Shapes shape_std{};
   Eigen::Index unknowns = 1;
   Eigen::VectorXd sigma_w;
 
@@ -142,6 +155,7 @@ struct Fitted {
   double misfit = 0.0;  // chi-square of blocks and steps, per block
 };
 
+// Linear about the gains of `mix`.
 Fitted fit(const Mixture& mix, double ambient_w, double ambient_std_w) {
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(mix.unknowns, mix.unknowns);
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(mix.unknowns);
@@ -160,11 +174,25 @@ Fitted fit(const Mixture& mix, double ambient_w, double ambient_std_w) {
     if (!shine.shines()) continue;
     rows.push_back({{shine.first, 1.0 / (kLevel * shine.gain)}});
     values.push_back(1.0 / kLevel);
-    for (Eigen::Index k = 1; k < shine.knots(); ++k) {
-      const double step = std::hypot(kStep, kWidth * (shine.azimuth2(k - 1) - shine.azimuth2(k)));
-      const double weight = 1.0 / (step * shine.gain);
-      rows.push_back({{shine.first + k, weight}, {shine.first + k - 1, -weight}});
+    const Eigen::Index first_shape = shine.first + shine.knots();
+    for (std::size_t k = 0; k < kShapes; ++k) {  // a shape of no std has no say below
+      const double weight = mix.shape_std[k] > 0.0 ? 1.0 / mix.shape_std[k] : 1.0;
+      rows.push_back({{first_shape + static_cast<Eigen::Index>(k), weight}});
       values.push_back(0.0);
+    }
+    for (Eigen::Index k = 1; k < shine.knots(); ++k) {
+      const Shapes before = shine.shapes(k - 1), here = shine.shapes(k);
+      const double step = std::hypot(kStep, kWidth * (before[0] - here[0]));
+      const double gain = shine.gains[static_cast<std::size_t>(k)];
+      const double gain_before = shine.gains[static_cast<std::size_t>(k - 1)];
+      auto& row = rows.emplace_back();
+      row.emplace_back(shine.first + k, 1.0 / (step * gain));
+      row.emplace_back(shine.first + k - 1, -1.0 / (step * gain_before));
+      for (std::size_t of = 0; of < kShapes; ++of)
+        if (mix.shape_std[of] > 0.0)
+          row.emplace_back(first_shape + static_cast<Eigen::Index>(of),
+                           (here[of] - before[of]) / step);
+      values.push_back(-std::log(gain / gain_before) / step);
     }
   }
   for (std::size_t i = 0; i < mix.blocks.size(); ++i) {
@@ -189,6 +217,23 @@ Fitted fit(const Mixture& mix, double ambient_w, double ambient_std_w) {
     double error = values[i];
     for (const auto& [k, weight] : rows[i]) error -= weight * fitted.value[k];
     fitted.misfit += error * error / static_cast<double>(mix.blocks.size());
+  }
+  return fitted;
+}
+
+// Again about the gains found, which change by a factor of e in a step at most.
+Fitted fit_to_rest(Mixture& mix, double ambient_w, double ambient_std_w) {
+  constexpr int kRounds = 6;
+  for (Shine& shine : mix.shines)
+    if (shine.shines()) shine.gains.assign(static_cast<std::size_t>(shine.knots()), shine.gain);
+  Fitted fitted = fit(mix, ambient_w, ambient_std_w);
+  for (int round = 1; round < kRounds; ++round) {
+    for (Shine& shine : mix.shines)
+      for (std::size_t k = 0; k < shine.gains.size(); ++k)
+        shine.gains[k] =
+            std::clamp(fitted.value[shine.first + static_cast<Eigen::Index>(k)],
+                       shine.gains[k] / std::numbers::e, shine.gains[k] * std::numbers::e);
+    fitted = fit(mix, ambient_w, ambient_std_w);
   }
   return fitted;
 }
@@ -229,16 +274,18 @@ Outcome<PowerTrace> own_light(const PowerTrace& trace, const Site& site,
                    kUnmodelled * std::max(0.0, mix.blocks[i].power_w - trace.ambient_w));
   const Eigen::Vector3d receiver_m(diode.position_m[0].mean, diode.position_m[1].mean,
                                    diode.position_m[2].mean);
+  const Law law(*site.channel);
+  mix.shape_std = {beam_prior_std(kBeamWidth), beam_prior_std(kBeamTilt), law.exponent_std};
   for (const Trajectory* way : vehicles) {
-    mix.shines.push_back(shine_of(*way, Law(*site.channel), receiver_m, mix.blocks));
+    mix.shines.push_back(shine_of(*way, law, receiver_m, mix.blocks));
     Shine& shine = mix.shines.back();
     shine.first = mix.unknowns;
-    if (shine.shines()) mix.unknowns += shine.knots();
+    if (shine.shines()) mix.unknowns += shine.unknowns();
   }
   guess_gains(mix, trace.ambient_w);
   if (!(mix.shines[own].gain > 0.0)) return Miss::below_noise;
-  const Fitted fitted =
-      fit(mix, trace.ambient_w, std::max(trace.ambient_sigma_w, 0.05 * trace.noise_sigma_w));
+  const Fitted fitted = fit_to_rest(mix, trace.ambient_w,
+                                    std::max(trace.ambient_sigma_w, 0.05 * trace.noise_sigma_w));
   if (!(fitted.misfit < kWorstMisfit)) return Miss::bad_fit;
 
   const std::vector<Others> others = others_in(mix, own, fitted);
