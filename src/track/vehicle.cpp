@@ -338,12 +338,34 @@ bool moves_plainly(const Lamp& light, const RoadView& view) {
          light.wandered_px() >= kFar_rad * view.focal_px();
 }
 
+// Which are lower than the camera by more than its pose leaves open.
+std::vector<bool> below_the_camera(std::span<const LampRecord> records, const RoadView& view) {
+  constexpr double kBelowSigmas = 2.0;
+  std::vector<bool> below;
+  for (const LampRecord& record : records) {
+    const LampPlace place = view.place(record.at_px);
+    below.push_back(place.slope_down > kBelowSigmas * view.slope_sigma(place.inverse_depth_per_m));
+  }
+  return below;
+}
+
+// For half of the time, or for long enough.
+bool tells_by_elevation(std::span<const LampRecord> records, const std::vector<bool>& below) {
+  constexpr std::size_t kEnough = 15;
+  constexpr double kEnough_s = 0.6;
+  std::vector<double> times_s;
+  for (std::size_t k = 0; k < records.size(); ++k)
+    if (below[k]) times_s.push_back(seconds_of(records[k].time));
+  return 2 * times_s.size() >= records.size() ||
+         (times_s.size() >= kEnough && times_s.back() - times_s.front() >= kEnough_s);
+}
+
 Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions& options,
                      const LightScale& lights, VehicleTrack& track) {
   constexpr double kShare = 0.5, kSlow_mps = 3.0;
   constexpr int kFewestSingle = 8;
   constexpr double kSureLogOdds = 1.1;  // 3 to 1
-  constexpr double kBelowHorizonSigmas = 2.0, kSpeedSigmas = 2.5;
+  constexpr double kSpeedSigmas = 2.5;
   if (lamp.sightings() < options.min_sightings || lamp.lived_s() < options.min_duration_s)
     return Verdict::short_track;
   // What is a glint is one to the end; a lamp may pass by where glints would be.
@@ -364,25 +386,30 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
       (lamp.kind() == LampKind::headlamp && lamp.red.share() > kRedShare))
     return Verdict::undecided;
 
+  // A light that comes from afar is level with the camera for most of the time, if it is below it
+  // plainly at the end: that part tells where it drives.
+  const std::vector<bool> below = below_the_camera(lamp.records, view);
+  const bool level = !tells_by_elevation(lamp.records, below);
   std::vector<double> times_s, along_m, laterals_m, lateral_sigmas_m, doubts, strengths;
   std::vector<double> tail_log_odds;
-  int below = 0, clipped = 0;
+  int clipped = 0;
   track.sightings.clear();
-  for (const LampRecord& record : lamp.records) {
-    const LampPlace place = view.place(record.at_px);
-    const double sigma = view.slope_sigma(place.inverse_depth_per_m);
-    below += place.slope_down > kBelowHorizonSigmas * sigma;
-    doubts.push_back(sigma / std::max(std::abs(place.slope_down), 1e-6));
-    const RoadPosition at = view.road_at(record.at_px, place.inverse_depth_per_m);
+  for (std::size_t k = 0; k < lamp.records.size(); ++k) {
+    const LampRecord& record = lamp.records[k];
     clipped += record.sighting.saturated_px > 0;
+    tail_log_odds.push_back(record.tail_log_odds);
+    track.sightings.push_back({record.frame, record.time, sighting_of(record), std::nullopt});
+    if (!level && !below[k]) continue;
+    const LampPlace place = view.place(record.at_px);
+    doubts.push_back(view.slope_sigma(place.inverse_depth_per_m) /
+                     std::max(std::abs(place.slope_down), 1e-6));
+    const RoadPosition at = view.road_at(record.at_px, place.inverse_depth_per_m);
     strengths.push_back(std::log(std::max(record.sighting.flux, 1e-9)) -
                         2.0 * std::log(place.inverse_depth_per_m));
-    tail_log_odds.push_back(record.tail_log_odds);
     times_s.push_back(seconds_of(record.time));
     along_m.push_back(at.along_m);
     laterals_m.push_back(at.lateral_m);
     lateral_sigmas_m.push_back(view.lateral_sigma_m(place.inverse_depth_per_m));
-    track.sightings.push_back({record.frame, record.time, sighting_of(record), std::nullopt});
   }
   if (held < kFewestSingle) return Verdict::undecided;
   const double clipped_share = clipped / held;
@@ -416,7 +443,6 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
     return Verdict::undecided;
   const bool comes = view.moving_sensor() && lamp.kind() == LampKind::headlamp &&
                      comes_in_a_lane(lamp.records, view);
-  const bool level = 2 * below < held;  // with the camera, or nearly so
   const bool passes = level && !comes && passes_in_a_lane(lamp.records, lamp.kind(), view);
   if (level && !comes && !passes) return Verdict::undecided;
   const double closing_mps = -slope_of(times_s, along_m);
