@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/text.h"
 #include "estimate/lane_choice.h"
 
 namespace vildar {
@@ -43,6 +44,23 @@ bool may_ride_on_a_roof(const Trajectory& trajectory, const Site& site, Directio
   });
 }
 
+// Farther from every lane of its direction than a lane beside it could be that the site file leaves
+// out. A camera that drives has lanes by its own place.
+bool beside_any_next_lane(const Trajectory& trajectory, const Site& site, Direction direction) {
+  constexpr double kNextLane = 1.25;  // widths
+  if (site.ego) return false;
+  const PathVector& path = trajectory.fit.parameters;
+  const double scale_m = std::exp(path[kLogScale]);
+  PathVector slopes = PathVector::Zero();
+  slopes[kLogScale] = scale_m * path[kLateral];
+  slopes[kLateral] = scale_m;
+  const double std_m = std::sqrt(std::max(0.0, slopes.dot(trajectory.fit.covariance * slopes)));
+  return std::ranges::all_of(site.road.lanes, [&](const LaneSite& lane) {
+    return lane.direction != direction || std::abs(trajectory.lateral_m() - lane.lateral_m.mean) >
+                                              kNextLane * lane.width_m + std_m;
+  });
+}
+
 }  // namespace
 
 bool in_no_lane(const VehicleTrack& track, const Site& site,
@@ -55,12 +73,20 @@ bool in_no_lane(const VehicleTrack& track, const Site& site,
     const double beside = beside_outermost_lane(one, site);
     if (track.single_lamp) return one.lane.empty() || beside > kEdge;
     if (!one.lane.empty()) return false;
-    return (one.part && beside > kBesideNextLane) || may_ride_on_a_roof(one, site, track.direction);
+    return (one.part && beside > kBesideNextLane) ||
+           beside_any_next_lane(one, site, track.direction) ||
+           may_ride_on_a_roof(one, site, track.direction);
   };
   double in_none = 0.0;
   for (const Trajectory& one : trajectories)
     if (is_elsewhere(one)) in_none += one.weight;
   return in_none > kLikelier;
+}
+
+std::string beside_the_lanes(double lateral_m) {
+  return "it drives at y = " + fixed_text(lateral_m, 1) +
+         " m, beside the lanes of the site file: check the signs of their lateral_m, road.kind and "
+         "the camera's yaw, or add its lane";
 }
 
 }  // namespace vildar

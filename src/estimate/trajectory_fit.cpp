@@ -11,6 +11,7 @@
 #include "estimate/flashers.h"
 #include "estimate/half_hidden.h"
 #include "estimate/hypotheses.h"
+#include "estimate/off_road.h"
 #include "estimate/speed_budget.h"
 #include "estimate/speed_gate.h"
 #include "estimate/wander.h"
@@ -236,9 +237,7 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
                                                   std::vector<std::string>& warnings) {
   const VehicleTrack whole = without_half_hidden(without_flashes(as_seen));
   if (whole.beside_lanes_m) {
-    warnings.push_back("it drives at y = " + fixed_text(*whole.beside_lanes_m, 1) +
-                       " m, beside the lanes of the site file: check the signs of their lateral_m, "
-                       "road.kind and the camera's yaw, or add its lane");
+    warnings.push_back(beside_the_lanes(*whole.beside_lanes_m));
     return Miss::not_on_road;
   }
   const auto told = told_part(whole, site);

@@ -37,6 +37,13 @@ TEST(OffRoad, WhatAPartOfATrackPutsFarBesideTheLanesIsNotBelieved) {
   EXPECT_FALSE(is_off(one));
 }
 
+TEST(OffRoad, APairFartherOffThanOneMoreLaneIsNotBelieved) {
+  Trajectory one = far_beside(-10.0);
+  EXPECT_TRUE(is_off(one));
+  one.fit.covariance(kLateral, kLateral) = std::pow(2.0 / 50.0, 2);
+  EXPECT_FALSE(is_off(one)) << "2 m unsure";
+}
+
 TEST(OffRoad, APartNearTheLanesIs) {
   Trajectory one = far_beside(-5.0);
   one.part = true;
