@@ -247,16 +247,23 @@ TEST(Geometry, PicksTheLaneByTheBearings) {
   EXPECT_EQ(result.lane, "");
 }
 
-TEST(Geometry, StoppedVehiclesHaveNoSpeedWithinTheInterval) {
+// Letters in the picture and street lamps do as much as a parked car.
+TEST(Geometry, LightsThatStandAllTheTimeHaveNoSpeed) {
   Vehicle vehicle = kTypical;
-  vehicle.speed_mps = 0.0;
   vehicle.along_m = 30.0;
   View view = kNoiseless;
   view.sigma_px = 0.2;
-  const VehicleResult result = result_of(vehicle, mast_site(4.0), view);
-  ASSERT_FALSE(result.withheld);
-  EXPECT_LT(result.speed.speed_mps, 0.1);
-  EXPECT_EQ(result.speed.lo95_mps, 0.0);
+  const auto result_at = [&](double speed_mps) {
+    vehicle.speed_mps = speed_mps;
+    return result_of(vehicle, mast_site(4.0), view);
+  };
+  const VehicleResult stands = result_at(0.0);
+  EXPECT_EQ(stands.withheld, Miss::not_on_road);
+  ASSERT_FALSE(stands.warnings.empty());
+  EXPECT_NE(stands.warnings.back().find("stands all the time"), std::string::npos);
+  const VehicleResult creeps = result_at(1.0);
+  ASSERT_FALSE(creeps.withheld);
+  EXPECT_NEAR(creeps.speed.speed_mps, 1.0, 3.0 * creeps.speed.std_mps);
 }
 
 TEST(Geometry, RowsFollowTheVehicle) {
