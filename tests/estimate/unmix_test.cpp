@@ -79,6 +79,20 @@ TEST(OwnLight, TellsOfLightThatNoVehicleExplains) {
   EXPECT_EQ(std::get<Miss>(outcome), Miss::bad_fit);
 }
 
+// Their light falls with another exponent than the mean of what the site says, and off the axis.
+TEST(OwnLight, LampsUnlikeALooseLawAreNoStrangers) {
+  Site site = diode_site();
+  site.channel->path_loss_exponent->std = 0.7;
+  Diode diode = kDiode;
+  diode.path_loss_exponent = 1.0;
+  diode.cosine_exponent = 4.0;
+  Random random(4);
+  const PowerTrace trace = simulated::trace_of(kLeader, site, diode, random);
+  const Trajectory way = way_of(kLeader, site);
+  const std::array<const Trajectory*, 1> alone{&way};
+  EXPECT_TRUE(std::holds_alternative<PowerTrace>(own_light(trace, site, alone, 0, -0.5, 4.0)));
+}
+
 TEST(OwnLight, SaysWhatIsMissing) {
   const Site site = diode_site();
   const Trajectory way = way_of(kLeader, site);
