@@ -22,7 +22,8 @@ bool is_edge(const std::vector<PowerBlock>& blocks, std::ptrdiff_t from) {
   const double change_w = std::abs(after.power_w - before.power_w);
   const double around_w = std::abs(before.power_w - at(from - kReach).power_w) +
                           std::abs(at(from + 2 * kReach).power_w - after.power_w);
-  return change_w > kSteeper * around_w + kClearEdgeSigmas * std::hypot(before.sigma_w, after.sigma_w);
+  return change_w >
+         kSteeper * around_w + kClearEdgeSigmas * std::hypot(before.sigma_w, after.sigma_w);
 }
 
 // Whether the last block may hold part of an edge, which the end of the blocks hides: it leaves
