@@ -66,8 +66,9 @@ struct ClipCounts {
 /// palette, packed YUV) are converted to planar YUV, RGB to full-range BT.709.
 ///
 /// Frame::time is the presentation time less that of the first frame, variable rates kept. A stamp
-/// that is missing, repeated or backward is replaced by one period (the usual one so far; at the
-/// start the declared one) after its predecessor, or by the middle between its neighbours where
+/// that is missing, repeated (less than 1/200 period after the one before: a muxer's tick) or
+/// backward is replaced by one period (the usual one so far; at the start the declared one) after
+/// its predecessor, or by the middle between its neighbours where
 /// that is sooner. A stamp more than 10 s or 300 periods ahead (whichever is less) counts as wrong
 /// unless the next frame carries on from it; one as far behind from which the next frame carries on
 /// is a clock that started again, and time goes on without a break. All are counted.

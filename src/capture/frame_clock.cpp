@@ -11,6 +11,8 @@ constexpr std::size_t kIntervalsForRate = 10;
 constexpr std::size_t kIntervalsForPeriod = 4;
 constexpr std::chrono::nanoseconds kFar = std::chrono::seconds(10);
 constexpr int kFarPeriods = 300;
+/// Of a period: no camera takes frames so close; muxers move a repeated stamp by one tick.
+constexpr int kRepeatShare = 200;
 
 }  // namespace
 
@@ -22,7 +24,7 @@ bool FrameClock::doubts(Stamp stamp) const {
   if (!anchored_) return false;
   if (!stamp) return true;
   const Nanoseconds at = *stamp - origin_;
-  return at <= last_ || at - last_ > far_;
+  return at <= last_ + period() / kRepeatShare || at - last_ > far_;
 }
 
 FrameClock::Nanoseconds FrameClock::place(Stamp stamp, Stamp next) {
@@ -37,7 +39,7 @@ FrameClock::Nanoseconds FrameClock::place(Stamp stamp, Stamp next) {
   if (stamp) {
     const Nanoseconds at = *stamp - origin_;
     const bool carried_on = next && *next > *stamp && *next - *stamp <= far_;
-    if (at > last_ && carried_on) return accept(at);
+    if (at > last_ + far_ && carried_on) return accept(at);
     if (at < last_ - far_ && carried_on) {
       const Nanoseconds resumed = last_ + period();
       origin_ = *stamp - resumed;

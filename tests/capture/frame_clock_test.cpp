@@ -37,6 +37,23 @@ TEST(FrameClock, ABadStampIsPutBetweenItsNeighbours) {
   EXPECT_EQ(clock.first_repaired(), 2);
 }
 
+TEST(FrameClock, AStampOneTickAfterTheOneBeforeRepeatsIt) {
+  using std::chrono::microseconds;
+  constexpr microseconds kTick{65};  // 1/15360 s, as files of 30 frames a second have
+  const std::vector<microseconds> stamps{microseconds(0),      microseconds(40000),
+                                         microseconds(80000),  microseconds(80000) + kTick,
+                                         microseconds(160000), microseconds(200000)};
+  FrameClock clock(kPeriod);
+  std::vector<double> times_ms;
+  for (std::size_t k = 0; k < stamps.size(); ++k) {
+    const FrameClock::Stamp next =
+        k + 1 < stamps.size() ? FrameClock::Stamp(stamps[k + 1]) : std::nullopt;
+    times_ms.push_back(static_cast<double>(clock.place(stamps[k], next).count()) * 1e-6);
+  }
+  EXPECT_EQ(times_ms, (std::vector<double>{0, 40, 80, 120, 160, 200}));
+  EXPECT_EQ(clock.repaired(), 1);
+}
+
 TEST(FrameClock, WithoutAnyStampsTheNominalRateHolds) {
   FrameClock clock(kPeriod);
   EXPECT_EQ(placed_ms(clock, std::vector<int>(4, kMissing)), (std::vector<double>{0, 40, 80, 120}));
