@@ -17,24 +17,29 @@ std::optional<double> only_fitting_error_s(const Trajectory& camera_only, const 
                                            std::span<const VehiclePower> power) {
   constexpr double kStep_s = 0.5, kSigmas = 3.0;
   constexpr int kSteps = 6;
+  const double from_s = camera_only.from_s, to_s = camera_only.to_s;
+  const auto is_bad_fit = [](const Outcome<JointFit>& fit) {
+    const Miss* miss = std::get_if<Miss>(&fit);
+    return miss && *miss == Miss::bad_fit;
+  };
+  double told_std_s = 0.0;
   Site other = site;
-  const auto misses_at = [&](double error_s, double least_std_s) {
-    double std_s = 0.0;
+  const auto fit_at = [&](double error_s) {
     for (std::size_t i = 0; i < other.photodiodes.size(); ++i) {
       const Uncertain& told_s = site.photodiodes[i].time_offset_s;
       other.photodiodes[i].time_offset_s = {told_s.mean + error_s,
-                                            std::max(told_s.std, least_std_s)};
-      std_s = std::max(std_s, told_s.std);
+                                            std::max(told_s.std, 0.5 * kStep_s)};
+      told_std_s = std::max(told_std_s, told_s.std);
     }
-    if (std::abs(error_s) > 0.0 && std::abs(error_s) < kSigmas * std_s) return true;
-    const auto fit = fit_joint(camera_only, other, power, camera_only.from_s, camera_only.to_s);
-    const Miss* miss = std::get_if<Miss>(&fit);
-    return error_s == 0.0 ? miss && *miss == Miss::bad_fit : miss != nullptr;
+    return fit_joint_from(camera_only, other, power, from_s, to_s, 0.0);
   };
-  if (!misses_at(0.0, 0.0) || !misses_at(0.0, 0.5 * kStep_s)) return std::nullopt;
+  if (!is_bad_fit(fit_joint(camera_only, site, power, from_s, to_s)) || !is_bad_fit(fit_at(0.0)))
+    return std::nullopt;
   for (int step = 1; step <= kSteps; ++step)
     for (const double error_s : {step * kStep_s, -step * kStep_s})
-      if (!misses_at(error_s, 0.5 * kStep_s)) return error_s;
+      if (std::abs(error_s) >= kSigmas * told_std_s &&
+          std::holds_alternative<JointFit>(fit_at(error_s)))
+        return error_s;
   return std::nullopt;
 }
 

@@ -51,7 +51,7 @@ struct LightSetting {
   double log_gain = 0.0, log_gain_std = 0.0;  ///< prior of ln (gain over power unit); std 0: none
   double exponent = 2.0, exponent_std = 0.0;  ///< std 0: fixed
   double cosine_exponent = 0.0;
-  double time_shift_std_s = 0.0;  ///< 0: fixed
+  double time_shift_s = 0.0, time_shift_std_s = 0.0;  ///< std 0: fixed
   double power_unit_w = 1.0;
 };
 

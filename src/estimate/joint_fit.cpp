@@ -79,10 +79,15 @@ std::optional<Miss> gate(const JointProblem& joint, const JointSolution& solved,
 
 }  // namespace
 
-Outcome<JointFit> fit_joint(const Trajectory& camera_only, const Site& site,
-                            std::span<const VehiclePower> power, double from_s, double to_s) {
+Outcome<JointFit> fit_joint_from(const Trajectory& camera_only, const Site& site,
+                                 std::span<const VehiclePower> power, double from_s, double to_s,
+                                 double later_s) {
+  Site from_later = site;
+  for (PhotodiodeSite& diode : from_later.photodiodes) diode.time_offset_s.mean += later_s;
   JointProblem joint;
-  if (const auto miss = prepare_joint(camera_only, site, power, from_s, to_s, joint)) return *miss;
+  if (const auto miss = prepare_joint(camera_only, from_later, power, from_s, to_s, joint))
+    return *miss;
+  joint.light.time_shift_s = -later_s;
 
   // First with the least trust in the light; then, if that holds, with as much as it deserves.
   std::vector<double> factors(joint.receivers.size(), 1.0);
@@ -110,6 +115,29 @@ Outcome<JointFit> fit_joint(const Trajectory& camera_only, const Site& site,
   path.covariance = solved.covariance.topLeftCorner<kPathParameters, kPathParameters>();
   path.cost = *geometry_cost(joint.geometry, path.parameters);
   return fit;
+}
+
+Outcome<JointFit> fit_joint(const Trajectory& camera_only, const Site& site,
+                            std::span<const VehiclePower> power, double from_s, double to_s) {
+  constexpr double kStep_s = 0.25, kSigmas = 2.5, kFarthest_s = 3.0;
+  auto found = fit_joint_from(camera_only, site, power, from_s, to_s, 0.0);
+  const Miss* miss = std::get_if<Miss>(&found);
+  if (!miss || (*miss != Miss::bad_fit && *miss != Miss::sensors_contradict)) return found;
+  double std_s = 0.0;
+  for (const PhotodiodeSite& diode : site.photodiodes)
+    std_s = std::max(std_s, diode.time_offset_s.std);
+  // A clock far off, as the site allows, is no small change of what the bearings say.
+  double least_chi2 = INFINITY;
+  const double farthest_s = std::min(kFarthest_s, kSigmas * std_s);
+  for (double off_s = kStep_s; off_s <= farthest_s; off_s += kStep_s)
+    for (const double later_s : {off_s, -off_s}) {
+      auto other = fit_joint_from(camera_only, site, power, from_s, to_s, later_s);
+      const JointFit* fit = std::get_if<JointFit>(&other);
+      if (!fit || fit->power_chi2_per_block >= least_chi2) continue;
+      least_chi2 = fit->power_chi2_per_block;
+      found = std::move(other);
+    }
+  return found;
 }
 
 }  // namespace vildar

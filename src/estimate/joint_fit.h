@@ -27,10 +27,17 @@ struct JointFit {
 /// Bearings and photodiode power together. The lamp's beam multiplies the channel law by a smooth
 /// function of the angles toward the photodiode with loose priors, so that a beam unlike the law's
 /// cannot bend the trajectory; gain, exponent, background, drift and time offset are unknowns with
-/// the site's priors. Starts from the camera's own fit.
-/// Misses: several_vehicles, below_noise, too_few_samples, bad_fit (the power does not fit the
-/// model), sensors_contradict (it pulls the trajectory off the bearings).
+/// the site's priors. Starts from the camera's own fit and the site's time offset; where that does
+/// not fit and its std allows, from others up to 3 s away too. Misses: several_vehicles,
+/// below_noise, too_few_samples, bad_fit (the power does not fit the model), sensors_contradict (it
+/// pulls the trajectory off the bearings).
 Outcome<JointFit> fit_joint(const Trajectory& camera_only, const Site& site,
                             std::span<const VehiclePower> power, double from_s, double to_s);
+
+/// The same from one time offset alone, `later_s` greater than the site's mean, which stays that of
+/// the prior.
+Outcome<JointFit> fit_joint_from(const Trajectory& camera_only, const Site& site,
+                                 std::span<const VehiclePower> power, double from_s, double to_s,
+                                 double later_s);
 
 }  // namespace vildar

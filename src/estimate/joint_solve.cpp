@@ -125,7 +125,8 @@ void add_priors(const LightSetting& light, const JointUnknowns& at, Rows& rows) 
              light.log_gain_std);
   }
   rows.add_prior(kFirstLight + kExponent, at.light[kExponent] - light.exponent, light.exponent_std);
-  rows.add_prior(kFirstLight + kTimeShift, at.light[kTimeShift], light.time_shift_std_s);
+  rows.add_prior(kFirstLight + kTimeShift, at.light[kTimeShift] - light.time_shift_s,
+                 light.time_shift_std_s);
   for (int i = kBeamWidth; i < kLightParameters; ++i)
     rows.add_prior(kFirstLight + i, at.light[static_cast<std::size_t>(i)], beam_prior_std(i));
 }

@@ -151,6 +151,21 @@ TEST_F(BesideACamera, AClockThatIsOffLeavesTheSpeedToIt) {
   }
 }
 
+TEST_F(BesideACamera, AClockToldLooselyIsFoundFromTheLight) {
+  for (const double late_s : {-0.7, -0.4, 0.4, 0.7}) {
+    Site site = site_;
+    for (PhotodiodeSite& diode : site.photodiodes) diode.time_offset_s = {0.0, 0.4};
+    auto traces = traces_of({{20.0, kNear2_m2}}, random_);
+    for (PowerTrace& trace : traces)
+      for (double& time_s : trace.time_s) time_s += late_s;
+    const VehicleResult result = seen_with(traces, site);
+    ASSERT_FALSE(result.withheld) << late_s << name_of(*result.withheld);
+    EXPECT_EQ(result.method, Method::fused) << late_s;
+    EXPECT_LT(result.speed.std_mps, 0.25) << late_s;  // 0.5 of the camera alone
+    EXPECT_LT(std::abs(result.speed.speed_mps - 20.0), 3.0 * result.speed.std_mps) << late_s;
+  }
+}
+
 // A wrong clock cuts the traces to another vehicle's time, and theirs is its motion.
 TEST_F(BesideACamera, LightThatTheVehiclesInViewDoNotExplainTellsNoDelay) {
   const PowerTrace unexplained;
