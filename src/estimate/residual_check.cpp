@@ -111,28 +111,53 @@ double quick_scatter(const GeometryProblem& problem, const Eigen::VectorXd& resi
   return robust_sigma(std::move(bends)) / std::sqrt(6.0);
 }
 
-// Of what the frames that show both lamps say, each by its squared length. Their errors are taken
-// to have a fifth of a second in common.
-Uncertain tilt_of(const GeometryProblem& problem, const Eigen::Matrix2Xd& residuals) {
+// Of what the frames that show both lamps say, each by its squared length: the mean, and by how
+// much it changes from the first to the last of them. Their errors are taken to have a fifth of a
+// second in common.
+struct Tilt {
+  Uncertain mean_rad, change_rad;
+};
+Tilt tilt_of(const GeometryProblem& problem, const Eigen::Matrix2Xd& residuals) {
   constexpr double kTogether_s = 0.2;
-  double length2 = 0.0, off = 0.0, variance = 0.0;
-  int frames = 0;
+  struct Pair {
+    double time_s, weight, tilt_rad, variance;
+  };
+  std::vector<Pair> pairs;
+  double weight = 0.0, time = 0.0, tilt = 0.0;
   for (std::size_t i = 0; i + 1 < problem.lamps.size(); ++i) {
     const LampObservation& one = problem.lamps[i];
     const LampObservation& other = problem.lamps[i + 1];
     if (one.sighting != other.sighting) continue;
     const auto column = static_cast<Eigen::Index>(i++);
     const double across = other.normalized.x() - one.normalized.x();
-    off += across *
-           (residuals(1, column) * one.sigma.y() - residuals(1, column + 1) * other.sigma.y());
-    variance += across * across * (std::pow(one.sigma.y(), 2) + std::pow(other.sigma.y(), 2));
-    length2 += across * across;
-    ++frames;
+    if (across == 0.0) continue;
+    const double off =
+        residuals(1, column) * one.sigma.y() - residuals(1, column + 1) * other.sigma.y();
+    const double variance = std::pow(one.sigma.y(), 2) + std::pow(other.sigma.y(), 2);
+    pairs.push_back({one.time_s, across * across, off / across, variance / (across * across)});
+    weight += pairs.back().weight;
+    time += pairs.back().weight * one.time_s;
+    tilt += pairs.back().weight * pairs.back().tilt_rad;
   }
-  if (!(length2 > 0.0)) return {};
-  const double span_s = problem.lamps.back().time_s - problem.lamps.front().time_s;
-  const double together = std::max(1.0, frames * kTogether_s / std::max(span_s, kTogether_s));
-  return {off / length2, std::sqrt(together * variance) / length2};
+  if (pairs.empty()) return {};
+  time /= weight;
+  tilt /= weight;
+  double spread = 0.0, slope = 0.0, mean_variance = 0.0, slope_variance = 0.0;
+  for (const Pair& pair : pairs) {
+    const double lever = pair.weight * (pair.time_s - time);
+    spread += lever * (pair.time_s - time);
+    slope += lever * pair.tilt_rad;
+    mean_variance += pair.weight * pair.weight * pair.variance;
+    slope_variance += lever * lever * pair.variance;
+  }
+  const double span_s = pairs.back().time_s - pairs.front().time_s;
+  const double together = std::max(
+      1.0, static_cast<double>(pairs.size()) * kTogether_s / std::max(span_s, kTogether_s));
+  Tilt found{{tilt, std::sqrt(together * mean_variance) / weight}, {}};
+  if (spread > 0.0)
+    found.change_rad = {span_s * slope / spread,
+                        span_s * std::sqrt(together * slope_variance) / spread};
+  return found;
 }
 
 }  // namespace
@@ -176,8 +201,10 @@ ResidualCheck check_residuals(const GeometryProblem& problem, const PathVector& 
   check.outlier_share = outliers / n;
   PathVector unrolled = parameters;
   unrolled[kRoll] = 0.0;
-  check.tilt_rad = tilt_of(problem, bearing_residuals(problem, unrolled));
-  check.tilt_rad.std *= check.quick_factor.y();
+  const Tilt tilt = tilt_of(problem, bearing_residuals(problem, unrolled));
+  check.tilt_rad = tilt.mean_rad;
+  check.tilt_change_rad = tilt.change_rad;
+  for (Uncertain* of : {&check.tilt_rad, &check.tilt_change_rad}) of->std *= check.quick_factor.y();
   return check;
 }
 

@@ -22,6 +22,8 @@ struct ResidualCheck {
   /// By which the line through both lamps leaves the level for a camera that rolls by its mean,
   /// rad; none where no frame shows both.
   Uncertain tilt_rad;
+  /// By how much that changes from the first to the last of these frames, rad.
+  Uncertain tilt_change_rad;
 };
 
 /// `focal_px` turns normalised errors into pixels. Needs at least one observation.

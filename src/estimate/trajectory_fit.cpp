@@ -208,26 +208,36 @@ Discord discord(const Trajectory& one, const Trajectory& other) {
 }
 
 // Lamps of a vehicle stand level, but for the road's crossfall, of which a dashcam's own vehicle
-// has its own. Of two that stand one behind the other the nearer is seen lower, and together they
-// move as no vehicle of such a size is likely to.
-bool of_two_vehicles(const Trajectory& likeliest, const Uncertain& tilt_rad) {
+// has its own, and go on as they stand. Of two that stand one behind the other the nearer is seen
+// lower, and together they move as no vehicle of such a size is likely to. Says how they stand.
+std::optional<std::string> of_two_vehicles(const Trajectory& likeliest,
+                                           const ResidualCheck& check) {
   constexpr double kMostTilt = 8.0, kTilted = 2.5, kMostStrain = 16.0;  // of chi-square
   const GeometryProblem& problem = likeliest.problem;
-  if (!problem.pairs) return false;
+  if (!problem.pairs) return std::nullopt;
   // Usual is 0.025; a bend may be banked.
   const bool banked = problem.setting.bend != 0.0 && !likeliest.ego.moving();
-  const double crossfall_rad = banked ? 0.06 : 0.03;
+  const double crossfall_rad = banked ? 0.06 : 0.03, change_rad = banked ? 0.04 : 0.02;
   const MetricPriors& priors = problem.priors;
   const double roll_std_rad = priors.turn_rad[2].std;
-  const double tilt =
-      tilt_rad.mean * tilt_rad.mean /
-      (crossfall_rad * crossfall_rad + tilt_rad.std * tilt_rad.std + roll_std_rad * roll_std_rad);
+  const auto chi2 = [](const Uncertain& value, double expected_std) {
+    return value.mean * value.mean / (value.std * value.std + expected_std * expected_std);
+  };
+  const double stands = chi2(check.tilt_rad, std::hypot(crossfall_rad, roll_std_rad));
+  const double turns = chi2(check.tilt_change_rad, change_rad);
   // What the fit took for roll is part of the tilt.
   double strain = likeliest.fit.prior_chi2;
   if (roll_std_rad > 0.0) strain -= std::pow(likeliest.fit.parameters[kRoll] / roll_std_rad, 2);
   const double rate = likeliest.at(problem.reference_s).acceleration_mps2;
   const double braking = rate * rate / kAccelerationVariance_m2ps4;
-  return tilt > kMostTilt || (tilt > kTilted && tilt + std::max(strain, braking) > kMostStrain);
+  const double tilt = stands + turns;
+  if (tilt <= kMostTilt && (tilt <= kTilted || tilt + std::max(strain, braking) <= kMostStrain))
+    return std::nullopt;
+  const Uncertain& shown = turns > stands ? check.tilt_change_rad : check.tilt_rad;
+  return "the line through its lamps " + std::string(turns > stands ? "turns by " : "is ") +
+         fixed_text(degrees_from_radians(std::abs(shown.mean)), 1) +
+         (turns > stands ? " degrees in view" : " degrees off the level") +
+         ": they may be of two vehicles";
 }
 
 }  // namespace
@@ -314,10 +324,9 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
              : "their lengths are unknown, as those of headlamps are"));
   seen.problem.sigma_factor = first.check.sigma_factor.cwiseMax(1.0);
   const auto level = [&](std::vector<Trajectory> found) -> Outcome<std::vector<Trajectory>> {
-    if (!of_two_vehicles(found.front(), first.check.tilt_rad)) return found;
-    warnings.push_back("the line through its lamps is " +
-                       fixed_text(degrees_from_radians(std::abs(first.check.tilt_rad.mean)), 1) +
-                       " degrees off the level: they may be of two vehicles");
+    const auto two_vehicles = of_two_vehicles(found.front(), first.check);
+    if (!two_vehicles) return found;
+    warnings.push_back(*two_vehicles);
     return Miss::ambiguous_identity;
   };
   if (first.scaled) {

@@ -211,6 +211,40 @@ TEST(TrajectoryFit, FarLampsOfTwoCarsBeforeAMastAreNoVehicle) {
   EXPECT_EQ(ambiguous, 9);
 }
 
+// Of a queue before a low camera, as the gap closes and the nearer comes by, their line turns.
+TEST(TrajectoryFit, ALineOfLampsThatTurnsIsNoVehicle) {
+  constexpr simulated::View kQueueView{.to_s = 4.0, .sigma_px = 0.1};
+  Site site = simulated::mast_site(1.55);
+  site.road.lanes[0].lateral_m.mean = 7.5;
+  site.camera->position_m[2].std = 0.05;
+  site.lamps.height_m = Uncertain{0.68, 0.08};
+  site.lamps.separation_m = Uncertain{1.25, 0.12};
+  site.camera->yaw_rad.std = radians_from_degrees(5.0);
+  site.camera->pitch_rad.std = radians_from_degrees(4.0);
+  site.camera->roll_rad.std = radians_from_degrees(1.0);
+  Random random(7);
+  int measured = 0;  // 7 of 300 where no turn counts, 3 where it does
+  for (int trial = 0; trial < 30; ++trial) {
+    const simulated::Vehicle ahead{9.0 + 2.0 * random.uniform(),   random.normal(0.0, 0.4),
+                                   80.0 + 40.0 * random.uniform(), random.normal(7.4, 0.2),
+                                   random.normal(0.68, 0.08),      random.normal(1.25, 0.1)};
+    const simulated::Vehicle behind{7.0 + 4.0 * random.uniform(),
+                                    random.normal(0.0, 0.4),
+                                    ahead.along_m + 8.0 + 12.0 * random.uniform(),
+                                    random.normal(7.4, 0.2),
+                                    random.normal(0.68, 0.08),
+                                    random.normal(1.25, 0.1)};
+    const VehicleResult result =
+        estimate_vehicle(
+            simulated::right_lamps_of(simulated::track_of(ahead, site, kQueueView, random),
+                                      simulated::track_of(behind, site, kQueueView, random)),
+            site, {})
+            .result;
+    measured += !result.withheld;
+  }
+  EXPECT_EQ(measured, 0);
+}
+
 TEST(TrajectoryFit, ABrakingThatBeginsInViewIsFollowed) {
   constexpr double kOnset_s = 0.16;  // between two steps of the fitted acceleration
   const Site site = surveyed();
