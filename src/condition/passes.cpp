@@ -159,16 +159,22 @@ std::vector<Stretch> parts_of(const Light& light, Stretch whole) {
 
 /// Least light above ambient after block `peak`, when its vehicle is past: until it has not fallen
 /// for a second or rises again, at most 3 s. A slow vehicle's own takes two to fade from a broad
-/// beam.
+/// beam, and its other lamp may rise for a moment when one has left the view.
 double light_after_w(const Light& light, std::size_t peak) {
-  constexpr double kPast_s = 1.0, kLatest_s = 3.0, kRise = 1.5;
-  std::size_t least = peak;
+  constexpr double kPast_s = 1.0, kLatest_s = 3.0, kRise = 1.5, kSlightRise = 1.1;
+  constexpr double kMoment_s = 0.3;
+  std::size_t least = peak, last_low = peak;
   for (std::size_t i = peak;
        i < light.blocks.size() && light.blocks[i].time_s < light.blocks[least].time_s + kPast_s &&
-       light.blocks[i].time_s < light.blocks[peak].time_s + kLatest_s &&
-       light.above_w[i] < kRise * light.above_w[least] + kSigmas * light.sigma_w;
-       ++i)
+       light.blocks[i].time_s < light.blocks[peak].time_s + kLatest_s;
+       ++i) {
+    const double noise_w = kSigmas * light.sigma_w;
     if (light.above_w[i] < light.above_w[least]) least = i;
+    if (light.above_w[i] < kSlightRise * light.above_w[least] + noise_w) last_low = i;
+    if (light.above_w[i] >= kRise * light.above_w[least] + noise_w ||
+        light.blocks[i].time_s - light.blocks[last_low].time_s > kMoment_s)
+      break;
+  }
   return std::max(0.0, light.above_w[least]);
 }
 

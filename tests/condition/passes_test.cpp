@@ -145,6 +145,22 @@ TEST(FindPasses, TheLightOfThoseBehindIsTold) {
   EXPECT_NEAR(passes[1].others_w, 0.0, 5.0 * kSigma_w / std::sqrt(20.0));
 }
 
+// It rises by an eighth when the first is past, and is gone within a second.
+TEST(FindPasses, TheLightOfAFollowerThatHardlyRisesIsTold) {
+  constexpr double kFollower_w = 0.012;
+  Random random(7);
+  PowerTrace trace = trace_of({.vehicles_s = {8.0}}, random);
+  for (std::size_t i = 0; i < trace.time_s.size(); ++i)
+    trace.power_w[i] +=
+        static_cast<float>(kFollower_w * std::exp(-std::pow((trace.time_s[i] - 8.5) / 0.8, 4)));
+  set_noise(trace);
+  set_ambient(trace);
+  const std::vector<PowerPass> passes = find_passes(trace);
+  ASSERT_EQ(passes.size(), 1U);
+  EXPECT_GT(passes[0].others_w, 0.8 * kFollower_w);
+  EXPECT_LT(passes[0].others_w, 0.9 * kFollower_w);
+}
+
 TEST(FindPasses, ItsOwnLightThatFadesForTwoSecondsIsNotThatOfOthers) {
   Random random(17);
   PowerTrace trace = trace_of({}, random);
