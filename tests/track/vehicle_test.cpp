@@ -188,6 +188,20 @@ TEST(JudgeSingle, ALightOnceTakenForOneOfAPairIsALampIfItIsLongAlone) {
   EXPECT_EQ(judge_single(part, road.view, {}, {}, track), Verdict::undecided);
 }
 
+// For most of its time in view it is no lower than the camera, as far as the pose is known.
+TEST(JudgeSingle, OneThatComesFromAfarIsToldWhereItIsBelowTheCamera) {
+  Site site = scene::site_of(5.0, -4.0, 1400.0, 1920, 1080);
+  site.camera->pitch_rad.std = 0.01;
+  const Road road{.site = site};
+  VehicleTrack track;
+  const Lamp comes = road.lamp(0, 680, -4.0, -330.0);
+  ASSERT_EQ(judge_single(comes, road.view, {}, {}, track), Verdict::vehicle);
+  EXPECT_EQ(track.direction, Direction::oncoming);
+  EXPECT_EQ(std::ssize(track.sightings), 681);
+  const Lamp turns_off = road.lamp(0, 380, -4.0, -330.0);
+  EXPECT_EQ(judge_single(turns_off, road.view, {}, {}, track), Verdict::undecided);
+}
+
 TEST(JudgeSingle, OfOneThatIsNotWhiteTheMotionTellsTheDirection) {
   const Road road;
   for (const double tail_log_odds : {-3.0, -0.4}) {
