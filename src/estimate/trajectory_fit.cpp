@@ -217,7 +217,14 @@ std::optional<std::string> of_two_vehicles(const Trajectory& likeliest,
   if (!problem.pairs) return std::nullopt;
   // Usual is 0.025; a bend may be banked.
   const bool banked = problem.setting.bend != 0.0 && !likeliest.ego.moving();
-  const double crossfall_rad = banked ? 0.06 : 0.03, change_rad = banked ? 0.04 : 0.02;
+  const double crossfall_rad = banked ? 0.06 : 0.03;
+  // From above a vehicle that turns turns its line, too.
+  constexpr double kHeading_rad = 0.1;
+  const double nearest_m =
+      std::min(likeliest.at(likeliest.from_s).range_m, likeliest.at(likeliest.to_s).range_m);
+  const double from_above =
+      (problem.setting.camera_m.z() - likeliest.lamp_height_m()) / std::max(nearest_m, 1.0);
+  const double change_rad = std::hypot(banked ? 0.04 : 0.02, kHeading_rad * from_above);
   const MetricPriors& priors = problem.priors;
   const double roll_std_rad = priors.turn_rad[2].std;
   const auto chi2 = [](const Uncertain& value, double expected_std) {
