@@ -135,9 +135,9 @@ void doubt_moving_lights(const RunOptions& options, const Site& site,
       " lights moved through the picture for a second or more that are no vehicles on the road "
       "stated, beside " +
       std::to_string(vehicles) +
-      " that have a row: a camera that drives needs ego, its own motion; else check pitch_deg "
-      "(negative: "
-      "down), yaw_deg and position_m, and the road");
+      " that have a row: a camera that drives needs ego, its own motion, one that is held by hand "
+      "a "
+      "tripod; else check pitch_deg (negative: down), yaw_deg and position_m, and the road");
 }
 
 void describe_clip(const RunOptions& options, const Site& site, const ClipMeasurement& measurement,

@@ -86,7 +86,7 @@ bool in_no_lane(const VehicleTrack& track, const Site& site,
 std::string beside_the_lanes(double lateral_m) {
   return "it drives at y = " + fixed_text(lateral_m, 1) +
          " m, beside the lanes of the site file: check the signs of their lateral_m, road.kind and "
-         "the camera's yaw, or add its lane";
+         "the camera's yaw, or add its lane (marker lamps on a roof seem to drive elsewhere)";
 }
 
 }  // namespace vildar
