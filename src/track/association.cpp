@@ -110,7 +110,9 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
   constexpr std::ptrdiff_t kNearest =
       24;  // spots of one lamp: the cost must not grow with a crowd's square
   constexpr std::ptrdiff_t kMostLamps = 200;
-  constexpr double kAgreement_px = 2.0, kPreferSmall_per_px = 0.03, kLeast_px = 1.5;
+  // Lamps that are followed less closely lag by more.
+  constexpr double kAgreement_px = 2.0, kAgreementShare = 0.25;
+  constexpr double kPreferSmall_per_px = 0.03, kLeast_px = 1.5;
   constexpr double kLeastSigmas = 2.0, kMoreThanAtRest = 1.5;
   struct Step {
     int lamp;
@@ -140,19 +142,24 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
   std::sort(steps.begin(), steps.end(),
             [](const Step& one, const Step& other) { return one.by_px.x() < other.by_px.x(); });
 
-  const auto near = [&](const Step& a, const Step& b) {
-    return (a.by_px - b.by_px).squaredNorm() < kAgreement_px * kAgreement_px;
+  const auto agreement_px = [&](const Step& step) {
+    return kAgreement_px + kAgreementShare * step.by_px.norm();
   };
+  const auto near = [&](const Step& a, const Step& b) {
+    return (a.by_px - b.by_px).norm() < agreement_px(a);
+  };
+  const double widest_px = kAgreement_px + kAgreementShare * reach_px;
   double best = -kInfinity;
   const Step* centre = nullptr;
   int support = 0;
   std::vector<const Step*> counted_for(lamps.size(), nullptr);
   auto window = steps.begin();
   for (const Step& step : steps) {
-    while (window->by_px.x() < step.by_px.x() - kAgreement_px) ++window;
+    const double apart_px = agreement_px(step);
+    while (window->by_px.x() < step.by_px.x() - widest_px) ++window;
     int agree = 0;
-    for (auto other = window;
-         other != steps.end() && other->by_px.x() < step.by_px.x() + kAgreement_px; ++other) {
+    for (auto other = window; other != steps.end() && other->by_px.x() < step.by_px.x() + apart_px;
+         ++other) {
       const Step*& last = counted_for[static_cast<std::size_t>(other->lamp)];
       if (last == &step || !near(step, *other)) continue;
       last = &step;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 namespace vildar {
@@ -19,6 +20,15 @@ constexpr double kEnoughFrames = 25.0;
 // that shakes moves between frames, while coding leaves lights where they are until it draws the
 // picture anew.
 constexpr double kLeastMovement_px = 0.25, kStill_px = 0.03;
+
+// Where what is seen at a place, in focal lengths, would be after a rotation.
+Eigen::Vector2d rotated(const Eigen::Vector2d& place, const Eigen::Vector3d& rotation_rad) {
+  const double angle_rad = rotation_rad.norm();
+  if (!(angle_rad > 0.0)) return place;
+  const Eigen::Vector3d ray =
+      Eigen::AngleAxisd(angle_rad, rotation_rad / angle_rad) * place.homogeneous();
+  return ray.hnormalized();
+}
 
 }  // namespace
 
@@ -51,11 +61,10 @@ void Attitude::add(std::uint64_t light, const std::vector<StaticSighting>& sight
   Light& own = entry->second;
   if (is_new) {
     for (const StaticSighting& one : sightings) {
-      Eigen::Vector2d steady_px = one.at_px;
       const auto turn = turns_.find(one.frame);
-      if (turn != turns_.end())
-        steady_px -= focal_px_ * turn_effect(one.at_px / focal_px_) * turn->second.rotation_rad;
-      own.reference_px += steady_px;
+      own.reference_px += turn == turns_.end() ? one.at_px
+                                               : focal_px_ * rotated(one.at_px / focal_px_,
+                                                                     turn->second.rotation_rad);
       own.error_px2 += one.sigma_px * one.sigma_px;
     }
     own.frames = static_cast<double>(sightings.size());
@@ -95,12 +104,12 @@ Attitude::Turn Attitude::turn_of(const std::vector<Seen>& seen) const {
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     for (const Seen& one : seen) {
       const Light& light = lights_.at(one.light);
-      const Eigen::Matrix<double, 2, 3> effect =
-          focal_px_ * turn_effect(light.reference_px / focal_px_);
-      const Eigen::Vector2d moved_px = one.at_px - light.reference_px;
+      const Eigen::Vector2d expected = rotated(light.reference_px / focal_px_, -turn.rotation_rad);
+      const Eigen::Matrix<double, 2, 3> effect = focal_px_ * turn_effect(expected);
+      const Eigen::Vector2d left_px = one.at_px - focal_px_ * expected;
+      const Eigen::Vector2d moved_px = left_px + effect * turn.rotation_rad;
       const double variance_px2 = std::max(one.sigma_px * one.sigma_px, light.error_px2);
-      const double left =
-          (moved_px - effect * turn.rotation_rad).norm() / std::sqrt(2.0 * variance_px2);
+      const double left = left_px.norm() / std::sqrt(2.0 * variance_px2);
       // The first step takes all lights alike: what they have in common may be many sigmas.
       const double trust = step == 0 || left < kHuber ? 1.0 : kHuber / left;
       information += trust / variance_px2 * effect.transpose() * effect;
@@ -121,8 +130,7 @@ void Attitude::follow(const std::vector<Seen>& seen, const Turn& turn) {
   for (const Seen& one : seen) {
     Light& light = lights_.at(one.light);
     const Eigen::Vector2d left_px =
-        one.at_px - light.reference_px -
-        focal_px_ * turn_effect(light.reference_px / focal_px_) * turn.rotation_rad;
+        focal_px_ * rotated(one.at_px / focal_px_, turn.rotation_rad) - light.reference_px;
     light.frames = std::min(light.frames + 1.0, kMostFramesInReference);
     light.reference_px += left_px / light.frames;
     const double square_px2 =

@@ -22,6 +22,9 @@ constexpr double kAccelerationSigma_mps2 = 4.0;
 constexpr double kShake_px = 0.4;
 constexpr double kShakeMoving_px = 0.8;
 constexpr double kShake_pxps2 = 40.0;
+// A camera that is held by hand turns all lamps more than that, look after look: where squares of
+// innovations have been so many times what they should be, so is the acceleration.
+constexpr double kUsualStrain = 1.5, kMostStrain = 10.0;
 // Flow vectors shorter than this say nothing about speed: the spot is at the vanishing point.
 constexpr double kFlowFloor_px = 25.0;
 constexpr double kMostDepthRate_per_s = 6.0;
@@ -69,8 +72,10 @@ void Lamp::predict(double dt_s, const RoadView& view) {
   transition.topRightCorner<2, 2>() = Eigen::Matrix2d::Identity() * dt_s * looming;
   transition.bottomRightCorner<2, 2>() *= looming * looming;
   covariance_ = transition * covariance_ * transition.transpose();
-  const double acceleration_pxps2 = std::hypot(
-      kShake_pxps2, kAccelerationSigma_mps2 * place_.inverse_depth_per_m * view.focal_px());
+  const double acceleration_pxps2 =
+      std::clamp(strain_ / kUsualStrain, 1.0, kMostStrain) *
+      std::hypot(kShake_pxps2,
+                 kAccelerationSigma_mps2 * place_.inverse_depth_per_m * view.focal_px());
   const double shake_px = view.moving_sensor() ? kShakeMoving_px : kShake_px;
   const double q = acceleration_pxps2 * acceleration_pxps2 * dt_s * dt_s;
   for (int axis = 0; axis < 2; ++axis) {
@@ -102,8 +107,12 @@ std::optional<Lamp::Distance> Lamp::distance_within(const Spot& spot, double gat
 void Lamp::correct(const Eigen::Vector2d& measured_px, double sigma_px) {
   Eigen::Matrix2d innovation = covariance_.topLeftCorner<2, 2>();
   innovation.diagonal().array() += sigma_px * sigma_px;
-  const Eigen::Matrix<double, 4, 2> gain = covariance_.leftCols<2>() * innovation.inverse();
-  const Eigen::Vector4d step = gain * (measured_px - at_px_);
+  const Eigen::Matrix2d precision = innovation.inverse();
+  const Eigen::Vector2d miss_px = measured_px - at_px_;
+  constexpr double kNewest = 0.3;
+  strain_ += kNewest * (0.5 * miss_px.dot(precision * miss_px) - strain_);
+  const Eigen::Matrix<double, 4, 2> gain = covariance_.leftCols<2>() * precision;
+  const Eigen::Vector4d step = gain * miss_px;
   at_px_ += step.head<2>();
   velocity_pxps_ += step.tail<2>();
   covariance_ -= gain * covariance_.topRows<2>();

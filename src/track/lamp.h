@@ -145,6 +145,7 @@ class Lamp {
 
   Eigen::Vector2d at_px_, velocity_pxps_;
   Eigen::Matrix4d covariance_;  ///< of (place, velocity)
+  double strain_ = 1.0;         ///< squares of late innovations over what they should be
   LampPlace place_;
   double depth_rate_per_s_ = 0.0;
   Eigen::Vector2d drift_px_ = Eigen::Vector2d::Zero();

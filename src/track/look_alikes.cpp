@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include "track/standing.h"
 #include "track/vehicle_body.h"
 
 namespace vildar {
@@ -140,32 +141,6 @@ bool lit_by(const Lamp& lamp, const Lamp& source, const RoadView& view) {
   return (wide || faint) && moves_with(lamp, source);
 }
 
-// Goes to and fro, as a light does before a camera that shakes, and gets nowhere.
-bool sways(const Lamp& lamp, const RoadView& view) {
-  constexpr std::size_t kMostRecords = 200;
-  constexpr double kMostSway_rad = 0.05, kNowhere = 0.2;  // steady motion: 0.5
-  const std::size_t count = std::min(kMostRecords, lamp.records.size()) & ~std::size_t{1};
-  if (count == 0) return false;
-  const auto first = lamp.records.end() - static_cast<std::ptrdiff_t>(count);
-  const auto half = first + static_cast<std::ptrdiff_t>(count / 2);
-  Eigen::Vector2d gone_px = Eigen::Vector2d::Zero();
-  Eigen::Vector2d least_px = first->at_px, most_px = first->at_px;
-  for (auto record = first; record != lamp.records.end(); ++record) {
-    gone_px += (record < half ? -2.0 : 2.0) / static_cast<double>(count) * record->at_px;
-    least_px = least_px.cwiseMin(record->at_px);
-    most_px = most_px.cwiseMax(record->at_px);
-  }
-  const double extent_px = (most_px - least_px).norm();
-  return extent_px < kMostSway_rad * view.focal_px() && gone_px.norm() < kNowhere * extent_px;
-}
-
-bool stands_still(const Lamp& lamp, const RoadView& view) {
-  constexpr double kLongEnough_s = 1.0, kStill_px = 5.0, kStill_m = 1.0;
-  if (view.moving_sensor() || lamp.lived_s() < kLongEnough_s) return false;
-  const double metre_px = lamp.place().inverse_depth_per_m * lamp.place().toward_px.norm();
-  return lamp.wandered_px() < std::max(kStill_px, kStill_m * metre_px) || sways(lamp, view);
-}
-
 // A streak is followed at its middle, and where its lamp was not known at its top.
 bool is_within(const Eigen::Vector2d& at_px, const Spot& spot) {
   constexpr double kMargin_px = 1.0;
@@ -192,7 +167,7 @@ void note_look_alikes(const Lamps& lamps, const std::vector<Spot>& spots, const 
     const double least = std::min(0.0, view.height_over_lamps_m() * at.inverse_depth_per_m);
     lamp->above.add(at.slope_down < least - kAboveSigmas * view.slope_sigma(at.inverse_depth_per_m),
                     kMemory);
-    lamp->fixed = stands_still(*lamp, view);
+    lamp->fixed = stands_in_the_world(*lamp, lamps, view);
     const bool mirrored = std::any_of(lamps.begin(), lamps.end(), [&](const auto& source) {
       return source != lamp && source->seen_at(frame) && mirrors(*lamp, *source, view);
     });
