@@ -55,9 +55,13 @@ struct Run {
 void refuse_moved_camera(const std::vector<Run>& runs, const Site& site) {
   constexpr double kSigmas = 4.0;
   const double kLeast_rad = radians_from_degrees(0.1);  // a mount gives by less
+  // One lens took all runs: what is not known of it parts none of them.
+  Site same_lens = site;
+  same_lens.camera->focal_std_px = 0.0;
   std::vector<std::pair<const Run*, SiteLearning>> learned;
   for (const Run& run : runs)
-    if (auto outcome = learn_site(run.passes, site); std::holds_alternative<SiteLearning>(outcome))
+    if (auto outcome = learn_site(run.passes, same_lens);
+        std::holds_alternative<SiteLearning>(outcome))
       learned.emplace_back(&run, std::get<SiteLearning>(std::move(outcome)));
   for (std::size_t i = 0; i < learned.size(); ++i)
     for (std::size_t k = 0; k < i; ++k)
@@ -154,13 +158,14 @@ void add_calibrate_mount(CLI::App& calibrate, int& exit_code) {
       "  vildar run monday.mp4 --site site.yaml --out monday\n"
       "  vildar run tuesday.mp4 --site site.yaml --out tuesday\n"
       "  vildar calibrate mount monday tuesday --site site.yaml --out site_learned.yaml\n\n"
-      "What the site file gives as {mean, std} is learned: yaw, pitch and roll of the camera, "
-      "height\n"
-      "and separation of lamps, the line driven in each lane. A plain number is known and stays. "
-      "The\n"
-      "new site file holds the new means and standard deviations; the report tells each before "
-      "and\n"
-      "after, and what no pass can tell. See docs/calibration.md.\n"
+      "What the site file gives as {mean, std} is learned: yaw, pitch and roll of the camera (and "
+      "its\n"
+      "focal length, with a focal_std_px), height and separation of lamps, the line driven in "
+      "each\n"
+      "lane. A plain number is known and stays. The new site file holds the new means and "
+      "standard\n"
+      "deviations; the report tells each before and after, and what no pass can tell. See\n"
+      "docs/calibration.md.\n"
       "Exit codes: 0 done; 2 usage or site file; 3 a run cannot be read, too few passes, or a "
       "camera\n"
       "that was moved between runs; 5 the output cannot be written; 1 internal error.");

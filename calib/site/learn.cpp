@@ -7,6 +7,7 @@
 
 #include "calib/site/stated_sigmas.h"
 #include "estimate/trajectory.h"
+#include "optics/camera.h"
 
 namespace vildar {
 namespace {
@@ -114,7 +115,7 @@ bool is_stated(const Site& site, const Population& population) {
   return population.kind != Shared::drop || site.lamps.tail_height_m.has_value();
 }
 
-// The place of a population in the site file.
+// The place of a population in the site file; that of the focal length is two numbers and a sigma.
 Uncertain& stated_in(Site& site, const Population& population) {
   CameraSite& camera = *site.camera;
   LampsSite& lamps = site.lamps;
@@ -125,9 +126,21 @@ Uncertain& stated_in(Site& site, const Population& population) {
     case Shared::separation:
       return population.tail ? *lamps.tail_separation_m : *lamps.separation_m;
     case Shared::drop: return population.tail ? *lamps.tail_height_m : *lamps.height_m;
-    case Shared::lateral: break;
+    case Shared::lateral:
+    case Shared::focal: break;
   }
   return std::ranges::find(site.road.lanes, population.lane, &LaneSite::id)->lateral_m;
+}
+
+void state(Site& site, const Population& population, const Uncertain& learned) {
+  if (population.kind != Shared::focal) {
+    stated_in(site, population) = learned;
+    return;
+  }
+  CameraSite& camera = *site.camera;
+  const double factor = learned.mean / Camera(camera).focal_px();
+  for (double& focal_px : camera.focal_px) focal_px *= factor;
+  camera.focal_std_px = learned.std;
 }
 
 // A mean of a population as the site file states it.
@@ -139,6 +152,7 @@ double mean_for_file(const Population& population, double mean, const CameraSite
     case Shared::yaw: return pose.yaw_rad.mean + mean;
     case Shared::pitch: return pose.pitch_rad.mean + mean;
     case Shared::roll: return pose.roll_rad.mean + mean;
+    case Shared::focal: return Camera(pose).focal_px() * std::exp(mean);
   }
   return 0.0;
 }
@@ -164,17 +178,21 @@ SiteLearning learning_of(const Round& round, const Site& stated, const Site& pre
     LearnedQuantity quantity;
     quantity.key = population.key;
     quantity.angle = is_turn(population.kind);
+    // In units of the site file per unit of the population.
+    const bool focal = population.kind == Shared::focal;
+    const double unit = focal ? Camera(*present.camera).focal_px() : 1.0;
     quantity.before = {mean_for_file(population, population.stated.mean, *present.camera),
-                       population.stated.std};
+                       focal ? stated.camera->focal_std_px : population.stated.std};
     quantity.passes = passes_of(k, round);
     const auto own = static_cast<Eigen::Index>(k);
-    quantity.mean_std = population.per_step() * std::sqrt(round.learned.covariance(own, own));
-    quantity.spread = population.per_step() * population.spread;
+    quantity.mean_std =
+        unit * population.per_step() * std::sqrt(round.learned.covariance(own, own));
+    quantity.spread = unit * population.per_step() * population.spread;
     quantity.after = quantity.before;
     if (quantity.passes >= kFewestPasses && is_stated(stated, population)) {
       quantity.after = {mean_for_file(population, population.mean_value(), *present.camera),
-                        std_for_file(population, stds[k], *stated.camera)};
-      stated_in(learning.site, population) = quantity.after;
+                        unit * std_for_file(population, stds[k], *stated.camera)};
+      state(learning.site, population, quantity.after);
     }
     learning.quantities.push_back(quantity);
   }
@@ -196,8 +214,10 @@ double turned_rad(const Round& round) {
   return most_rad;
 }
 
-// The site with the pose learned so far; what the file states of its sigma stands.
+// The site with the pose and the focal length learned so far; what the file states of their sigmas
+// stands.
 Site with_pose(Site site, const CameraSite& learned) {
+  site.camera->focal_px = learned.focal_px;
   site.camera->yaw_rad.mean = learned.yaw_rad.mean;
   site.camera->pitch_rad.mean = learned.pitch_rad.mean;
   site.camera->roll_rad.mean = learned.roll_rad.mean;

@@ -11,10 +11,11 @@
 
 namespace vildar {
 
-/// A quantity of the site file that passes share: before, after, and what lies behind it. SI units.
+/// A quantity of the site file that passes share: before, after, and what lies behind it. SI units,
+/// a focal length in pixels.
 struct LearnedQuantity {
   std::string key;          ///< in the site file, e.g. `camera.yaw_deg`
-  bool angle = false;       ///< radians; else metres
+  bool angle = false;       ///< radians; else metres or pixels
   Uncertain before, after;  ///< as the site file states them
   double mean_std = 0.0;    ///< of the mean over all vehicles
   double spread = 0.0;      ///< of single vehicles about that mean
@@ -35,12 +36,12 @@ struct SiteLearning {
   bool settled() const { return last_turn_rad < 1e-5; }
 };
 
-/// Learns from passes what they share: the turns of the camera that the site file does not call
-/// known, the mean and the spread of the lamps' height and separation, and of the line driven in
-/// each lane. One joint least-squares problem over all passes: each pass has its own trajectory and
-/// its own value of each shared quantity, drawn from a normal population of unknown mean and
-/// spread. A stated `{mean, std}` is taken as half variance among sites, half among the vehicles of
-/// one.
+/// Learns from passes what they share: the turns and the focal length of the camera that the site
+/// file does not call known, the mean and the spread of the lamps' height and separation, and of
+/// the line driven in each lane. One joint least-squares problem over all passes: each pass has its
+/// own trajectory and its own value of each shared quantity, drawn from a normal population of
+/// unknown mean and spread. A stated `{mean, std}` is taken as half variance among sites, half
+/// among the vehicles of one.
 ///
 /// Bearings leave the common scale of all lengths open: it rests on the site file alone, stays in
 /// the stated sigmas, and is told. What fewer than five passes tell of stays as it was. Passes

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "estimate/lane_choice.h"
+#include "optics/camera.h"
 
 namespace vildar {
 namespace {
@@ -18,6 +19,10 @@ constexpr double kKnown_m = 0.001;
 // Vehicles do not drive along the road to better than this; worth one pass.
 constexpr double kTurnSpread_rad = 5e-5;
 constexpr double kTurnWeight = 1.0;
+// One lens has one focal length; seen by single passes it differs by what is left of its
+// distortion.
+constexpr double kFocalSpread = 1e-4;
+constexpr double kFocalWeight = 1.0;
 
 // Mean of the logarithm of a quantity that scatters by a relative spread about its own mean.
 double log_mean(double mean, double relative_spread) {
@@ -48,7 +53,7 @@ double without(double std, double part_std) {
 }  // namespace
 
 double Population::mean_value() const {
-  if (is_turn(kind)) return present;
+  if (!is_length(kind)) return present;
   return std::copysign(std::exp(present + 0.5 * spread * spread), stated.mean);
 }
 
@@ -124,6 +129,18 @@ Pass PopulationList::pass_of(std::size_t track, LampKind kind, const Trajectory&
     population.mean = population.stated;
     population.likely_spread = kTurnSpread_rad;
     population.spread_weight = kTurnWeight;
+    pass.members.push_back({index_of(population), 0.0});
+  }
+  if (priors.log_focal.std > 0.0) {
+    Population population;
+    population.key = "camera.focal_px";
+    population.kind = Shared::focal;
+    population.stated = {std::log(camera.focal_px[0] / now.focal_px[0]),
+                         camera.focal_std_px / Camera(camera).focal_px()};
+    population.mean = population.stated;
+    population.likely_spread = kFocalSpread;
+    population.spread_weight = kFocalWeight;
+    priors.log_focal = {};
     pass.members.push_back({index_of(population), 0.0});
   }
   return pass;

@@ -10,12 +10,13 @@
 namespace vildar {
 
 /// What a pass has one value of and shares with others.
-enum class Shared { drop, separation, lateral, yaw, pitch, roll };
-constexpr bool is_turn(Shared kind) { return kind >= Shared::yaw; }
+enum class Shared { drop, separation, lateral, yaw, pitch, roll, focal };
+constexpr bool is_length(Shared kind) { return kind <= Shared::lateral; }
+constexpr bool is_turn(Shared kind) { return kind >= Shared::yaw && kind <= Shared::roll; }
 
 /// Value of a shared quantity on a path: ln of a length in metres (as all lengths of a path grow
-/// together, in their logarithms that is one step for all, which favours no scale), or radians from
-/// the present mean pose.
+/// together, in their logarithms that is one step for all, which favours no scale), radians from
+/// the present mean pose, or ln of the focal length over the present one.
 template <class T>
 T shared_value(Shared kind, const T* path) {
   using std::abs;
@@ -27,6 +28,7 @@ T shared_value(Shared kind, const T* path) {
     case Shared::yaw: return path[kYaw];
     case Shared::pitch: return path[kPitch];
     case Shared::roll: return path[kRoll];
+    case Shared::focal: return path[kLogFocal];
   }
   return T(0.0);
 }
@@ -38,7 +40,7 @@ struct Population {
   Shared kind = Shared::drop;
   bool tail = false;           ///< of vehicles that show tail lamps
   std::string lane;            ///< of a lateral offset
-  Uncertain stated;            ///< of a vehicle, metres or radians from the present mean pose
+  Uncertain stated;            ///< of a vehicle, metres; else as shared_value
   Uncertain mean;              ///< prior
   double likely_spread = 0.0;  ///< prior of the spread, worth `spread_weight` passes
   double spread_weight = 0.0;
@@ -47,7 +49,7 @@ struct Population {
 
   /// Mean of the quantity itself, and what a small step of its shared_value is worth there.
   double mean_value() const;
-  double per_step() const { return is_turn(kind) ? 1.0 : std::abs(mean_value()); }
+  double per_step() const { return is_length(kind) ? std::abs(mean_value()) : 1.0; }
 };
 
 /// A pass's part in a population; what else than the spread parts it from the mean.
@@ -66,7 +68,8 @@ struct Pass {
 };
 
 /// The passes' shared quantities as populations. `stated` is the site file, `present` the same with
-/// the camera angles that the trajectories were fitted with: turns are relative to these.
+/// the camera angles and the focal length that the trajectories were fitted with: turns and focal
+/// lengths are relative to these.
 class PopulationList {
  public:
   PopulationList(Site stated, Site present);

@@ -49,9 +49,10 @@ struct Found {
 };
 
 Found study(double camera_height_m, double turn_std_rad, int passes, double to_m,
-            std::uint64_t seed) {
+            std::uint64_t seed, double focal_relative_std = 0.0) {
   Random random(seed);
-  const Site stated = simulated::roughly_known_site(camera_height_m, turn_std_rad);
+  Site stated = simulated::roughly_known_site(camera_height_m, turn_std_rad);
+  stated.camera->focal_std_px = focal_relative_std * stated.camera->focal_px[0];
   Found found;
   for (int i = 0; i < kSites; ++i) {
     const auto truth = simulated::true_site(stated, random);
@@ -116,6 +117,14 @@ TEST_F(LearnStudy, HighMastShortViews) {
   EXPECT_LT(found.after.rms(), 0.9 * found.before.rms());
 }
 TEST_F(LearnStudy, FewPasses) { expect_true_sigmas(study(4.0, 0.01, 12, 30.0, 20260204)); }
+
+// All passes see the road through one lens.
+TEST_F(LearnStudy, FocalLengthUnsure) {
+  expect_true_sigmas(study(4.0, 0.01, 30, 15.0, 20260205, 0.03));
+}
+TEST_F(LearnStudy, FocalLengthUnsureShortViews) {
+  expect_true_sigmas(study(4.0, 0.01, 12, 30.0, 20260206, 0.03));
+}
 
 }  // namespace
 }  // namespace vildar

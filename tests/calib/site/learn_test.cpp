@@ -119,6 +119,29 @@ TEST(LearnSite, WhatIsKnownStaysKnown) {
   }
 }
 
+TEST(LearnSite, AFocalLengthThatIsOffIsInTheSigmasOfTheAngles) {
+  // Two of its sigmas off. Angles come out smaller by the share that a focal length is greater.
+  constexpr double kStd = 0.01;
+  Scene scene = scene_of(12, 6);
+  CameraSite& stated = *scene.stated.camera;
+  stated.focal_std_px = kStd * stated.focal_px[0];
+  for (double& focal_px : stated.focal_px) focal_px *= 1.0 + 2.0 * kStd;
+  const SiteLearning learning = learning_of(scene);
+  const CameraSite &learned = *learning.site.camera, &truth = *scene.truth.site.camera;
+  constexpr double kSigmas = 3.0;
+  EXPECT_LT(std::abs(learned.pitch_rad.mean - truth.pitch_rad.mean),
+            kSigmas * learned.pitch_rad.std);
+  EXPECT_LT(std::abs(learned.yaw_rad.mean - truth.yaw_rad.mean), kSigmas * learned.yaw_rad.std);
+  EXPECT_LT(std::abs(learned.focal_px[0] - truth.focal_px[0]), kSigmas * learned.focal_std_px);
+  EXPECT_LE(learned.focal_std_px, stated.focal_std_px);
+  EXPECT_DOUBLE_EQ(learned.focal_px[1] / learned.focal_px[0],
+                   stated.focal_px[1] / stated.focal_px[0]);
+  const LearnedQuantity& focal = quantity(learning, "camera.focal_px");
+  EXPECT_DOUBLE_EQ(focal.before.mean, stated.focal_px[0]);
+  EXPECT_DOUBLE_EQ(focal.before.std, stated.focal_std_px);
+  EXPECT_DOUBLE_EQ(focal.after.std, learned.focal_std_px);
+}
+
 TEST(LearnSite, FewPassesTellNothing) {
   const Scene scene = scene_of(4, 5);
   EXPECT_EQ(std::get<Miss>(learn_site(scene.tracks, scene.stated)), Miss::too_few_samples);

@@ -13,13 +13,18 @@ struct TrueSite {
   double speed_low_mps = 8.0, speed_high_mps = 35.0;
 };
 
-/// A site drawn from what its file states: its pose from the priors, half of the variance of each
-/// length common to its vehicles, half among them.
+/// A site drawn from what its file states: its pose and focal length from the priors, half of the
+/// variance of each length common to its vehicles, half among them.
 inline TrueSite true_site(const Site& stated, Random& random) {
   TrueSite truth{stated};
   CameraSite& camera = *truth.site.camera;
   for (Uncertain* turn_rad : {&camera.yaw_rad, &camera.pitch_rad, &camera.roll_rad})
     *turn_rad = {random.normal(turn_rad->mean, turn_rad->std), 0.0};
+  if (camera.focal_std_px > 0.0) {
+    const double factor = 1.0 + random.normal(0.0, camera.focal_std_px / camera.focal_px[0]);
+    for (double& focal_px : camera.focal_px) focal_px *= factor;
+    camera.focal_std_px = 0.0;
+  }
   for (Uncertain* length_m : {&*truth.site.lamps.height_m, &*truth.site.lamps.separation_m,
                               &truth.site.road.lanes[0].lateral_m}) {
     const double half_std_m = std::sqrt(0.5) * length_m->std;
