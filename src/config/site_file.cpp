@@ -139,6 +139,8 @@ LampClass read_lamp_class(const YamlMap& map) {
   map.read("share", kind.share, kPositive);
   map.require("height_m", kind.height_m, kPositive);
   map.read("separation_m", kind.separation_m, kPositive);
+  map.read("tail_height_m", kind.tail_height_m, kPositive);
+  map.read("tail_separation_m", kind.tail_separation_m, kPositive);
   return kind;
 }
 

@@ -188,6 +188,8 @@ void write_lamps(std::string& out, const LampsSite& lamps) {
     out += "    - {id: " + text_of(kind.id) + ", share: " + number(kind.share) +
            ", height_m: " + number(kind.height_m);
     if (kind.separation_m) out += ", separation_m: " + number(*kind.separation_m);
+    if (kind.tail_height_m) out += ", tail_height_m: " + number(*kind.tail_height_m);
+    if (kind.tail_separation_m) out += ", tail_separation_m: " + number(*kind.tail_separation_m);
     out += "}\n";
   }
 }

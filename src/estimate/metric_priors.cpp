@@ -30,17 +30,38 @@ std::optional<Uncertain> tail_prior_m(const std::optional<Uncertain>& head_m,
   return Uncertain{head_m->mean, std::max(head_m->std, kTailLampSpread_m)};
 }
 
+// The class' own, what the site says of all tail lamps, or its headlamps'. A vehicle with one
+// headlamp has one tail lamp.
+LampReading tails_of(const LampClass& one, const LampsSite& lamps) {
+  const auto own_or = [](const std::optional<Uncertain>& own_m, const auto& common_m) {
+    return own_m ? own_m : common_m;
+  };
+  LampReading reading{one.id, one.share, {}, {}};
+  reading.height_m = tail_prior_m(one.height_m, own_or(one.tail_height_m, lamps.tail_height_m));
+  reading.separation_m =
+      one.separation_m
+          ? tail_prior_m(one.separation_m, own_or(one.tail_separation_m, lamps.tail_separation_m))
+          : one.tail_separation_m;
+  return reading;
+}
+
+LampReading reading_of(const LampClass& one, const LampsSite& lamps, LampKind kind) {
+  if (kind == LampKind::taillamp) return tails_of(one, lamps);
+  return {one.id, one.share, one.height_m, one.separation_m};
+}
+
 }  // namespace
 
 std::vector<LampReading> lamp_readings(const LampsSite& lamps, LampKind kind, bool pairs) {
-  if (kind == LampKind::taillamp)
+  if (kind == LampKind::taillamp && !lamps.classes_tell_tails())
     return {{"", 1.0, tail_prior_m(lamps.height_m, lamps.tail_height_m),
              tail_prior_m(lamps.separation_m, lamps.tail_separation_m)}};
   std::vector<LampReading> readings;
   for (const LampClass& one : lamps.classes) {
-    if (pairs && !one.separation_m) continue;
-    const double seen_so = !pairs && one.separation_m ? kOneLampShare : 1.0;
-    readings.push_back({one.id, seen_so * one.share, one.height_m, one.separation_m});
+    LampReading reading = reading_of(one, lamps, kind);
+    if (pairs && !reading.separation_m) continue;
+    if (!pairs && reading.separation_m) reading.share *= kOneLampShare;
+    readings.push_back(reading);
   }
   if (readings.empty()) readings.push_back({"", 1.0, lamps.height_m, lamps.separation_m});
   return readings;

@@ -321,7 +321,7 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
     }
   }
   Trajectory& seen = first.trajectory;
-  if (track.kind == LampKind::taillamp &&
+  if (track.kind == LampKind::taillamp && !site.lamps.classes_tell_tails() &&
       !(site.lamps.tail_height_m && site.lamps.tail_separation_m))
     warnings.push_back(
         std::string(

@@ -34,16 +34,19 @@ Vehicle vehicle_of(const LaneSite& lane, const LampsSite& lamps, double speed_mp
   };
   Vehicle vehicle{&lane, speed_mps, mean(lamps.height_m, kLampHeight_m),
                   mean(lamps.separation_m, kSeparation_m)};
-  if (vehicle.oncoming() && !lamps.classes.empty()) {
-    const LampClass& commonest =
-        *std::max_element(lamps.classes.begin(), lamps.classes.end(),
-                          [](const LampClass& a, const LampClass& b) { return a.share < b.share; });
-    vehicle.height_m = commonest.height_m.mean;
-    vehicle.separation_m = mean(commonest.separation_m, 0.0);
+  const auto commonest = std::ranges::max_element(lamps.classes, {}, &LampClass::share);
+  if (commonest != lamps.classes.end() && (vehicle.oncoming() || lamps.classes_tell_tails())) {
+    vehicle.height_m = commonest->height_m.mean;
+    vehicle.separation_m = mean(commonest->separation_m, 0.0);
   }
   if (!vehicle.oncoming()) {
     vehicle.height_m = mean(lamps.tail_height_m, kTailHeight_m);
-    vehicle.separation_m = mean(lamps.tail_separation_m, vehicle.separation_m);
+    if (vehicle.separation_m > 0.0)
+      vehicle.separation_m = mean(lamps.tail_separation_m, vehicle.separation_m);
+    if (lamps.classes_tell_tails()) {
+      vehicle.height_m = mean(commonest->tail_height_m, vehicle.height_m);
+      vehicle.separation_m = mean(commonest->tail_separation_m, vehicle.separation_m);
+    }
   }
   return vehicle;
 }

@@ -97,12 +97,13 @@ struct RoadSite {
   bool operator==(const RoadSite&) const = default;
 };
 
-/// One kind of vehicle by its headlamps, and how many of all vehicles are of this kind.
+/// One kind of vehicle by its lamps, and how many of all vehicles are of this kind.
 struct LampClass {
   std::string id;
   double share = 1.0;  ///< relative to the other classes
   Uncertain height_m;
-  std::optional<Uncertain> separation_m;  ///< absent: one lamp alone
+  std::optional<Uncertain> separation_m;  ///< of headlamps, as height_m; absent: one lamp alone
+  std::optional<Uncertain> tail_height_m{}, tail_separation_m{};
 
   bool operator==(const LampClass&) const = default;
 };
@@ -111,8 +112,15 @@ struct LampsSite {
   std::optional<Uncertain> height_m;      ///< of headlamps; with classes, of all of them together
   std::optional<Uncertain> separation_m;  ///< the same
   std::vector<LampClass> classes;
-  std::optional<Uncertain> tail_height_m;
-  std::optional<Uncertain> tail_separation_m;
+  std::optional<Uncertain> tail_height_m;      ///< of the classes that have none of their own, too
+  std::optional<Uncertain> tail_separation_m;  ///< the same, of those with two headlamps
+
+  /// Whether the classes part vehicles that drive away, too.
+  bool classes_tell_tails() const {
+    for (const LampClass& one : classes)
+      if (one.tail_height_m || one.tail_separation_m) return true;
+    return false;
+  }
 
   bool operator==(const LampsSite&) const = default;
 };

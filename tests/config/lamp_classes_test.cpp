@@ -35,6 +35,24 @@ TEST(LampClasses, ArePooledByTheirShares) {
   EXPECT_EQ(load_site(folder.write("again.yaml", effective_site_yaml(site))).lamps, site.lamps);
 }
 
+TEST(LampClasses, MayGiveTheirTailLamps) {
+  const TemporaryFolder folder;
+  const std::string classes =
+      "  classes:\n"
+      "    - {id: car, height_m: 0.7, separation_m: 1.2}\n"
+      "    - {id: lorry, height_m: 0.9, separation_m: 2, tail_height_m: {mean: 1, std: 0.15},\n"
+      "       tail_separation_m: {mean: 2.05, std: 0.15}}\n";
+  const Site site =
+      load_site(folder.write("site.yaml", with(kContractSite, kOnePopulation, classes)));
+  ASSERT_EQ(site.lamps.classes.size(), 2U);
+  EXPECT_FALSE(site.lamps.classes[0].tail_height_m);
+  EXPECT_FALSE(site.lamps.classes[0].tail_separation_m);
+  EXPECT_EQ(site.lamps.classes[1].tail_height_m, (Uncertain{1.0, 0.15}));
+  EXPECT_EQ(site.lamps.classes[1].tail_separation_m, (Uncertain{2.05, 0.15}));
+  EXPECT_TRUE(site.lamps.classes_tell_tails());
+  EXPECT_EQ(load_site(folder.write("again.yaml", effective_site_yaml(site))).lamps, site.lamps);
+}
+
 TEST(LampClasses, StandAlone) {
   const TemporaryFolder folder;
   const std::string both = std::string(kOnePopulation) + "  classes: [{id: car, height_m: 0.7}]\n";

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "estimate/hypotheses.h"
+#include "estimate/metric_priors.h"
 #include "estimate/mixture.h"
 #include "estimate/vehicle.h"
 #include "lamp_population.h"
@@ -24,7 +25,7 @@ VehicleResult result_of(const Vehicle& vehicle, const Site& site, const View& vi
 
 void expect_covered(const VehicleResult& result, const Vehicle& vehicle) {
   ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
-  const double truth_mps = vehicle.speed_at_mps(result.speed.time_s);
+  const double truth_mps = std::abs(vehicle.speed_at_mps(result.speed.time_s));
   EXPECT_LE(result.speed.lo95_mps, truth_mps);
   EXPECT_GE(result.speed.hi95_mps, truth_mps);
 }
@@ -37,6 +38,58 @@ TEST(Hypotheses, ALorryIsNotTakenForACar) {
   expect_covered(result, lorry);
   EXPECT_LT(result.speed.std_mps, 0.05 * result.speed.speed_mps);
   EXPECT_TRUE(result.warnings.empty());
+}
+
+// Drives away from a mast on a road of cars, lorries and motorcycles.
+VehicleResult receding_result(const Vehicle& vehicle, Site site, bool single_lamp = false) {
+  site.road.lanes[0].direction = Direction::receding;
+  Random random(1);
+  View view = kFewFrames;
+  view.single_lamp = single_lamp;
+  VehicleTrack track = track_of(vehicle, site, view, random);
+  track.kind = LampKind::taillamp;
+  track.direction = Direction::receding;
+  return estimate_vehicle(track, site, {}).result;
+}
+
+TEST(Hypotheses, ALorryThatDrivesAwayIsNotTakenForACar) {
+  Site site = simulated::mixed_site(1.5);
+  site.lamps.tail_height_m = Uncertain{0.8, 0.15};
+  site.lamps.tail_separation_m = Uncertain{1.25, 0.2};
+  Site told = site;
+  told.lamps.classes[0].tail_separation_m = Uncertain{1.3, 0.15};
+  told.lamps.classes[1].tail_height_m = Uncertain{0.95, 0.15};
+  told.lamps.classes[1].tail_separation_m = Uncertain{2.05, 0.15};
+  const Vehicle lorry{-20.0, 0.0, 12.0, -4.0, 1.0, 2.1};
+  const Vehicle car{-20.0, 0.0, 12.0, -4.0, 0.85, 1.3};
+  for (const Vehicle& vehicle : {lorry, car}) {
+    const VehicleResult result = receding_result(vehicle, told);
+    expect_covered(result, vehicle);
+    EXPECT_LT(std::abs(result.speed.speed_mps - 20.0), 0.075 * 20.0);
+  }
+  const Vehicle motorcycle{-20.0, 0.0, 12.0, -3.5, 0.8, 0.0};
+  expect_covered(receding_result(motorcycle, told, true), motorcycle);
+  // One population for all that drive away, as long as no class has its own: a lorry is too slow.
+  EXPECT_LT(receding_result(lorry, site).speed.speed_mps, 0.9 * 20.0);
+}
+
+TEST(Hypotheses, TailLampsOfAClassThatGivesNoneAreThoseOfAll) {
+  LampsSite lamps = simulated::mixed_site(4.0).lamps;
+  lamps.tail_height_m = Uncertain{0.8, 0.1};
+  EXPECT_EQ(lamp_readings(lamps, LampKind::taillamp, true).size(), 1U);
+  lamps.classes[1].tail_separation_m = Uncertain{2.05, 0.15};
+  const auto pairs = lamp_readings(lamps, LampKind::taillamp, true);
+  ASSERT_EQ(pairs.size(), 2U);  // a motorcycle has one
+  for (const LampReading& one : pairs) EXPECT_EQ(one.height_m, lamps.tail_height_m);
+  EXPECT_EQ(pairs[0].separation_m, (Uncertain{1.25, 0.2}));  // the headlamps', looser
+  EXPECT_EQ(pairs[1].separation_m, (Uncertain{2.05, 0.15}));
+  const auto singles = lamp_readings(lamps, LampKind::taillamp, false);
+  ASSERT_EQ(singles.size(), 3U);
+  EXPECT_FALSE(singles[2].separation_m);
+  EXPECT_GT(singles[2].share / lamps.classes[2].share, singles[0].share / lamps.classes[0].share);
+  // Headlamps are as they were.
+  EXPECT_EQ(lamp_readings(lamps, LampKind::headlamp, true)[1].separation_m,
+            lamps.classes[1].separation_m);
 }
 
 TEST(Hypotheses, AMotorcycleHasOneLampAndNoSeparation) {

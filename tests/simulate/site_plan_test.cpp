@@ -60,6 +60,19 @@ TEST(SitePlan, ASecondPhotodiodeUpTheRoadBreaksTheScale) {
 }
 
 // Its speed is as sure as K, of 0.3 dB and with D^-2, and where the light ends does not matter.
+TEST(SitePlan, AVehicleThatDrivesAwayHasTheTailLampsOfItsClass) {
+  Site site = mast_site();
+  site.lamps.classes = {{"car", 1.0, {0.65, 0.1}, Uncertain{1.2, 0.15}}};
+  const PlanRow loose = plan_site(site, {.speeds_kmh = {50.0}}).back();
+  site.lamps.classes[0].tail_height_m = Uncertain{1.0, 0.01};
+  site.lamps.classes[0].tail_separation_m = Uncertain{1.5, 0.01};
+  const PlanRow known = plan_site(site, {.speeds_kmh = {50.0}}).back();
+  ASSERT_FALSE(loose.result.withheld);
+  ASSERT_FALSE(known.result.withheld);
+  EXPECT_LT(known.result.speed.std_mps, 0.5 * loose.result.speed.std_mps);
+  EXPECT_NEAR(known.result.speed.speed_mps, known.speed_mps, 4.0 * known.result.speed.std_mps);
+}
+
 TEST(SitePlan, OnePhotodiodeIsAsSureAtAnySpeed) {
   Site site = mast_site();
   site.photodiodes.resize(1);
