@@ -41,6 +41,13 @@ std::string shares_text(const SpeedBudget& budget) {
   return text;
 }
 
+void print_light_alone(const simulate::PlanRow& row) {
+  if (row.light_alone)
+    std::cout << "    photodiodes without the camera: "
+              << percent(row.light_alone->std_mps / row.speed_mps)
+              << ", of the time at which it passes them (a run of the trace alone)\n";
+}
+
 void print_text(const std::vector<simulate::PlanRow>& rows) {
   std::cout << padded("lane", 10) << padded("km/h", 5) << padded("seen m", 12) << padded("s", 5)
             << padded("sigma", 8) << padded("shape", 8) << padded("scale", 8)
@@ -56,6 +63,7 @@ void print_text(const std::vector<simulate::PlanRow>& rows) {
     if (result.withheld) {
       std::cout << "withheld:" << name_of(*result.withheld) << '\n';
       for (const std::string& warning : result.warnings) std::cout << "    " << warning << '\n';
+      print_light_alone(row);
       continue;
     }
     const bool split = result.budget.has_value();
@@ -64,6 +72,7 @@ void print_text(const std::vector<simulate::PlanRow>& rows) {
               << padded(split ? percent(result.budget->scale) : "", 8)
               << padded(std::string(name_of(result.method)), 24)
               << (split ? shares_text(*result.budget) : "") << '\n';
+    print_light_alone(row);
   }
 }
 
@@ -88,6 +97,7 @@ nlohmann::json json_of(const simulate::PlanRow& row) {
   for (const MethodResult& method : result.methods)
     if (const auto* speed = std::get_if<SpeedEstimate>(&method.speed))
       json["methods"][std::string(name_of(method.method))] = speed->std_mps;
+  if (row.light_alone) json["light_alone_std_mps"] = row.light_alone->std_mps;
   if (!result.warnings.empty()) json["warnings"] = result.warnings;
   return json;
 }

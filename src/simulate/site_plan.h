@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,12 +29,15 @@ struct PlanRow {
   double from_m = 0.0, to_m = 0.0;  ///< range over which the camera sees it; 0 without a camera
   double seconds = 0.0;             ///< for which it is seen
   VehicleResult result;             ///< speed or reason, sigma, budget, methods
+  /// Where the photodiodes without the camera would be surer: of another time, that at which the
+  /// vehicle passes them.
+  std::optional<SpeedEstimate> light_alone;
 };
 
 /// Expected sigmas of a site before anything is installed: a vehicle of the site's mean sizes
 /// drives through each lane a few times, with the noise that bearings and power would have; the
 /// estimator says what it knows, and the middle pass counts. Photodiodes count where the site has
-/// them.
+/// them; of two or more beside a camera what they would give without it is told, too.
 /// Throws std::invalid_argument for a dashcam (`ego`) or a site without lanes.
 std::vector<PlanRow> plan_site(const Site& site, const PlanOptions& options);
 

@@ -60,6 +60,27 @@ TEST(SitePlan, ASecondPhotodiodeUpTheRoadBreaksTheScale) {
 }
 
 // Its speed is as sure as K, of 0.3 dB and with D^-2, and where the light ends does not matter.
+TEST(SitePlan, TellsWherePhotodiodesAloneWouldBeSurer) {
+  Site site = mast_site();
+  site.photodiodes.resize(2);
+  for (PhotodiodeSite& photodiode : site.photodiodes) {
+    photodiode.position_m = {Uncertain{0.0, 0.0}, Uncertain{0.0, 0.0}, Uncertain{4.0, 0.0}};
+    photodiode.half_field_of_view_rad = radians_from_degrees(65.0);
+  }
+  site.photodiodes[1].position_m[0] = Uncertain{2.0, 0.0};
+  site.photodiodes[1].gain_ratio.std = 0.002;
+  const PlanRow both = plan_site(site, {.speeds_kmh = {75.0}}).front();
+  ASSERT_FALSE(both.result.withheld);
+  site.camera.reset();
+  const PlanRow alone = plan_site(site, {.speeds_kmh = {75.0}}).front();
+  ASSERT_FALSE(alone.result.withheld);
+  // A user never knows less by a sensor more.
+  ASSERT_LT(alone.result.speed.std_mps, both.result.speed.std_mps);
+  ASSERT_TRUE(both.light_alone);
+  EXPECT_EQ(both.light_alone->std_mps, alone.result.speed.std_mps);
+  EXPECT_FALSE(alone.light_alone);
+}
+
 TEST(SitePlan, AVehicleThatDrivesAwayHasTheTailLampsOfItsClass) {
   Site site = mast_site();
   site.lamps.classes = {{"car", 1.0, {0.65, 0.1}, Uncertain{1.2, 0.15}}};
