@@ -53,18 +53,19 @@ LampReading reading_of(const LampClass& one, const LampsSite& lamps, LampKind ki
 }  // namespace
 
 std::vector<LampReading> lamp_readings(const LampsSite& lamps, LampKind kind, bool pairs) {
-  if (kind == LampKind::taillamp && !lamps.classes_tell_tails())
-    return {{"", 1.0, tail_prior_m(lamps.height_m, lamps.tail_height_m),
-             tail_prior_m(lamps.separation_m, lamps.tail_separation_m)}};
+  const bool tails = kind == LampKind::taillamp;
   std::vector<LampReading> readings;
-  for (const LampClass& one : lamps.classes) {
-    LampReading reading = reading_of(one, lamps, kind);
-    if (pairs && !reading.separation_m) continue;
-    if (!pairs && reading.separation_m) reading.share *= kOneLampShare;
-    readings.push_back(reading);
-  }
-  if (readings.empty()) readings.push_back({"", 1.0, lamps.height_m, lamps.separation_m});
-  return readings;
+  if (!tails || lamps.classes_tell_tails())
+    for (const LampClass& one : lamps.classes) {
+      LampReading reading = reading_of(one, lamps, kind);
+      if (pairs && !reading.separation_m) continue;
+      if (!pairs && reading.separation_m) reading.share *= kOneLampShare;
+      readings.push_back(reading);
+    }
+  if (!readings.empty()) return readings;
+  if (!tails) return {{"", 1.0, lamps.height_m, lamps.separation_m}};
+  return {{"", 1.0, tail_prior_m(lamps.height_m, lamps.tail_height_m),
+           tail_prior_m(lamps.separation_m, lamps.tail_separation_m)}};
 }
 
 MetricPriors metric_priors(const Site& site, const LampReading& lamps) {
