@@ -4,8 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include <Eigen/Geometry>
-
 #include "optics/camera.h"
 
 namespace vildar {
@@ -19,14 +17,12 @@ Eigen::Vector2d turn_std(const Eigen::Vector2d& place, const CameraTurn& turn) {
 
 void steady(LampSighting& lamp, const CameraTurn& turn, const Camera& camera) {
   const auto seen = camera.normalized_from_pixel(lamp.centre_px);
-  const double angle_rad = turn.rotation_rad.norm();
-  if (!seen || !(angle_rad > 0.0)) return;
-  const Eigen::Vector3d ray = Eigen::AngleAxisd(angle_rad, turn.rotation_rad / angle_rad) *
-                              Eigen::Vector3d(seen->x(), seen->y(), 1.0);
-  const auto pixel_px = camera.pixel_from_normalized(ray.hnormalized());
+  if (!seen || turn.rotation_rad.isZero()) return;
+  const Eigen::Vector2d at_rest = rotated(*seen, turn.rotation_rad);
+  const auto pixel_px = camera.pixel_from_normalized(at_rest);
   if (!pixel_px) return;
   lamp.centre_px = *pixel_px;
-  const Eigen::Vector2d added_px = camera.focal_px() * turn_std(ray.hnormalized(), turn);
+  const Eigen::Vector2d added_px = camera.focal_px() * turn_std(at_rest, turn);
   lamp.centre_sigma_px = (lamp.centre_sigma_px.cwiseAbs2() + added_px.cwiseAbs2()).cwiseSqrt();
 }
 

@@ -106,7 +106,7 @@ std::vector<int> longest_seen(const Lamps& lamps, int least, std::ptrdiff_t most
 }  // namespace
 
 Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots, double reach_px) {
-  constexpr int kFewest = 4, kSettled = 3;
+  constexpr int kFewest = 4, kFewestOfAll = 3, kSettled = 3;
   constexpr std::ptrdiff_t kNearest =
       24;  // spots of one lamp: the cost must not grow with a crowd's square
   constexpr std::ptrdiff_t kMostLamps = 200;
@@ -138,7 +138,7 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
       steps.resize(static_cast<std::size_t>(before + kNearest));
     }
   }
-  if (lamps_used < kFewest) return Eigen::Vector2d::Zero();
+  if (lamps_used < kFewestOfAll) return Eigen::Vector2d::Zero();
   std::sort(steps.begin(), steps.end(),
             [](const Step& one, const Step& other) { return one.by_px.x() < other.by_px.x(); });
 
@@ -172,7 +172,8 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
       support = agree;
     }
   }
-  if (support < kFewest || 2 * support < lamps_used) return Eigen::Vector2d::Zero();
+  if (support < std::min(kFewest, lamps_used) || 2 * support < lamps_used)
+    return Eigen::Vector2d::Zero();
   // Where most are at rest, others may seem to have moved: to their images on a wet road.
   const double at_rest_px = std::min(kAgreement_px, 0.5 * centre->by_px.norm());
   const auto at_rest =

@@ -11,7 +11,7 @@ namespace vildar {
 using Lamps = std::vector<std::unique_ptr<Lamp>>;
 
 /// Movement of the whole image (hand-held camera, bumps) since the prediction: the displacement on
-/// which most lamps agree. Zero with fewer than four lamps or no agreement.
+/// which most lamps agree, four at least or all of three. Zero with fewer lamps or no agreement.
 Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots, double reach_px);
 
 /// Which spot each lamp is seen as, all lamps together at least total cost.

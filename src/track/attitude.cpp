@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 namespace vildar {
@@ -20,15 +19,6 @@ constexpr double kEnoughFrames = 25.0;
 // that shakes moves between frames, while coding leaves lights where they are until it draws the
 // picture anew.
 constexpr double kLeastMovement_px = 0.25, kStill_px = 0.03;
-
-// Where what is seen at a place, in focal lengths, would be after a rotation.
-Eigen::Vector2d rotated(const Eigen::Vector2d& place, const Eigen::Vector3d& rotation_rad) {
-  const double angle_rad = rotation_rad.norm();
-  if (!(angle_rad > 0.0)) return place;
-  const Eigen::Vector3d ray =
-      Eigen::AngleAxisd(angle_rad, rotation_rad / angle_rad) * place.homogeneous();
-  return ray.hnormalized();
-}
 
 }  // namespace
 

@@ -92,4 +92,12 @@ bool stands_in_the_world(const Lamp& lamp, const Lamps& lamps, const RoadView& v
          });
 }
 
+Lamp steadied(const Lamp& lamp, const Attitude& attitude, const RoadView& view) {
+  Lamp steady = lamp;
+  for (LampRecord& record : steady.records)
+    if (const auto turn = attitude.at(record.frame))
+      record.at_px = view.focal_px() * rotated(record.at_px / view.focal_px(), turn->rotation_rad);
+  return steady;
+}
+
 }  // namespace vildar

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "track/association.h"
+#include "track/attitude.h"
 #include "track/road_view.h"
 
 namespace vildar {
@@ -11,5 +12,8 @@ namespace vildar {
 /// less than 0.1 rad: lights of vehicles part as they come nearer. Never before a camera that
 /// drives.
 bool stands_in_the_world(const Lamp& lamp, const Lamps& lamps, const RoadView& view);
+
+/// A lamp where the camera at rest would have seen it, in the frames in which its turn is told.
+Lamp steadied(const Lamp& lamp, const Attitude& attitude, const RoadView& view);
 
 }  // namespace vildar

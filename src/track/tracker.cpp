@@ -19,6 +19,7 @@
 #include "track/pairing.h"
 #include "track/resume.h"
 #include "track/spots.h"
+#include "track/standing.h"
 #include "track/vehicle.h"
 
 namespace vildar {
@@ -386,12 +387,15 @@ Verdict Tracker::Impl::end_vehicle(Vehicle& vehicle, std::vector<VehicleTrack>& 
 
 void Tracker::Impl::end_single(const Lamp& whole, std::vector<VehicleTrack>& ended) {
   VehicleTrack track;
-  Verdict verdict = judge_single(whole, view_, options_, lights_, track);
+  const auto judge = [&](const Lamp& lamp) {
+    return judge_single(steadied(lamp, attitude_, view_), view_, options_, lights_, track);
+  };
+  Verdict verdict = judge(whole);
   // What it was before a doubtful step it may have been longer than since.
   std::optional<Lamp> earlier;
   if (verdict != Verdict::vehicle && whole.set_aside.size() > whole.records.size()) {
     earlier = whole.before_doubt();
-    verdict = judge_single(*earlier, view_, options_, lights_, track);
+    verdict = judge(*earlier);
   }
   const Lamp& lamp = earlier ? *earlier : whole;
   const auto owns = [&](const auto& vehicle) { return was_lamp_of(lamp, *vehicle, view_); };

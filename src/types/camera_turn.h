@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 namespace vildar {
 
@@ -20,6 +21,15 @@ inline Eigen::Matrix<double, 2, 3> turn_effect(const Eigen::Vector2d& place) {
   Eigen::Matrix<double, 2, 3> effect;
   effect << x * y, -(1.0 + x * x), y, 1.0 + y * y, -x * y, -x;
   return effect;
+}
+
+/// Where what is seen at a place (x/z, y/z) would be seen by a camera turned back by that rotation.
+inline Eigen::Vector2d rotated(const Eigen::Vector2d& place, const Eigen::Vector3d& rotation_rad) {
+  const double angle_rad = rotation_rad.norm();
+  if (!(angle_rad > 0.0)) return place;
+  const Eigen::Vector3d ray =
+      Eigen::AngleAxisd(angle_rad, rotation_rad / angle_rad) * place.homogeneous();
+  return ray.hnormalized();
 }
 
 }  // namespace vildar

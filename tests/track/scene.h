@@ -7,6 +7,8 @@
 #include <set>
 #include <vector>
 
+#include <Eigen/Geometry>
+
 #include "core/quantity.h"
 #include "core/random.h"
 #include "optics/camera.h"
@@ -48,7 +50,8 @@ struct Scene {
   std::vector<Eigen::Vector3d> street_lamps;  ///< in the world
   double frame_rate_hz = 25.0, duration_s = 5.0;
   double noise_px = 0.15, miss_share = 0.02, clutter_per_frame = 0.0, shake_px = 0.0;
-  bool wet = false;            ///< images on the road of all lamps
+  std::function<Eigen::Vector3d(double)> turned_rad;  ///< CameraTurn::rotation_rad at a time
+  bool wet = false;                                   ///< images on the road of all lamps
   double image_heights = 2.0;  ///< how far below its lamp an image stands; 2: a mirror
   double resolution_px = 4.0;  ///< lights nearer than this are one blob
   std::uint64_t seed = 20260310;
@@ -193,6 +196,14 @@ inline Outcome run(const Scene& scene, TrackOptions options = {}) {
                         LampKind::headlamp,
                         0.0,
                         -3});
+    if (scene.turned_rad)
+      for (Light& light : lights) {
+        const Eigen::Vector3d rotation_rad = scene.turned_rad(t_s);
+        const Eigen::Vector3d ray =
+            Eigen::AngleAxisd(-rotation_rad.norm(), rotation_rad.normalized()) *
+            camera.normalized_from_pixel(light.at_px)->homogeneous();
+        light.at_px = *camera.pixel_from_normalized(ray.hnormalized());
+      }
     const Eigen::Vector2d shake_px(random.normal(0.0, scene.shake_px),
                                    random.normal(0.0, scene.shake_px));
     outcome.shakes_px.push_back(shake_px);
