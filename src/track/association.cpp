@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "core/median.h"
@@ -103,24 +104,47 @@ std::vector<int> longest_seen(const Lamps& lamps, int least, std::ptrdiff_t most
   return chosen;
 }
 
+constexpr double kAgreement_px = 2.0;
+
+// Where all lamps, three at least, went the same way to what is nearest to each: those that are
+// followed less closely by more.
+std::optional<Eigen::Vector2d> step_of_all(const std::vector<Eigen::Vector2d>& to_nearest_px) {
+  constexpr std::size_t kFewest = 3;
+  constexpr double kShare = 0.25;
+  if (to_nearest_px.size() < kFewest) return std::nullopt;
+  std::vector<double> u, v;
+  for (const Eigen::Vector2d& by_px : to_nearest_px) {
+    u.push_back(by_px.x());
+    v.push_back(by_px.y());
+  }
+  const Eigen::Vector2d usual_px(median(std::move(u)), median(std::move(v)));
+  const double reach_px = kAgreement_px + kShare * usual_px.norm();
+  const bool all = std::ranges::all_of(to_nearest_px, [&](const Eigen::Vector2d& by_px) {
+    return (by_px - usual_px).norm() < reach_px && by_px.dot(usual_px) > 0.0;
+  });
+  return all ? std::optional(usual_px) : std::nullopt;
+}
+
 }  // namespace
 
 Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots, double reach_px) {
-  constexpr int kFewest = 4, kFewestOfAll = 3, kSettled = 3;
+  constexpr int kFewest = 4, kSettled = 3;
   constexpr std::ptrdiff_t kNearest =
       24;  // spots of one lamp: the cost must not grow with a crowd's square
   constexpr std::ptrdiff_t kMostLamps = 200;
-  // Lamps that are followed less closely lag by more.
-  constexpr double kAgreement_px = 2.0, kAgreementShare = 0.25;
   constexpr double kPreferSmall_per_px = 0.03, kLeast_px = 1.5;
   constexpr double kLeastSigmas = 2.0, kMoreThanAtRest = 1.5;
   struct Step {
     int lamp;
     Eigen::Vector2d by_px;
   };
+  const auto shorter = [](const Step& one, const Step& other) {
+    return one.by_px.squaredNorm() < other.by_px.squaredNorm();
+  };
   std::vector<Step> steps;
   int lamps_used = 0;
   std::vector<double> nearest_px(lamps.size(), kInfinity);
+  std::vector<Eigen::Vector2d> to_nearest_px;
   for (const int i : longest_seen(lamps, kSettled, kMostLamps)) {
     const auto before = static_cast<std::ptrdiff_t>(steps.size());
     for (const Spot& spot : spots) {
@@ -129,37 +153,42 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
       double& least_px = nearest_px[static_cast<std::size_t>(i)];
       least_px = std::min(least_px, by_px.norm());
     }
-    lamps_used += static_cast<std::ptrdiff_t>(steps.size()) > before;
+    if (static_cast<std::ptrdiff_t>(steps.size()) > before) {
+      ++lamps_used;
+      to_nearest_px.push_back(
+          std::min_element(steps.begin() + before, steps.end(), shorter)->by_px);
+    }
     if (static_cast<std::ptrdiff_t>(steps.size()) > before + kNearest) {
       std::nth_element(steps.begin() + before, steps.begin() + before + kNearest, steps.end(),
-                       [](const Step& one, const Step& other) {
-                         return one.by_px.squaredNorm() < other.by_px.squaredNorm();
-                       });
+                       shorter);
       steps.resize(static_cast<std::size_t>(before + kNearest));
     }
   }
-  if (lamps_used < kFewestOfAll) return Eigen::Vector2d::Zero();
+  // A small step that fits the lamps' own uncertainty is theirs to learn as a change of speed.
+  std::vector<double> sigmas_px;
+  for (const auto& lamp : lamps)
+    if (lamp->sightings() >= kSettled) sigmas_px.push_back(lamp->position_sigma_px());
+  const auto clear = [&](const Eigen::Vector2d& shift_px) {
+    return shift_px.norm() >= std::max(kLeast_px, kLeastSigmas * median(sigmas_px));
+  };
+  if (const auto all_px = step_of_all(to_nearest_px); all_px && clear(*all_px)) return *all_px;
+  if (lamps_used < kFewest) return Eigen::Vector2d::Zero();
   std::sort(steps.begin(), steps.end(),
             [](const Step& one, const Step& other) { return one.by_px.x() < other.by_px.x(); });
 
-  const auto agreement_px = [&](const Step& step) {
-    return kAgreement_px + kAgreementShare * step.by_px.norm();
-  };
   const auto near = [&](const Step& a, const Step& b) {
-    return (a.by_px - b.by_px).norm() < agreement_px(a);
+    return (a.by_px - b.by_px).squaredNorm() < kAgreement_px * kAgreement_px;
   };
-  const double widest_px = kAgreement_px + kAgreementShare * reach_px;
   double best = -kInfinity;
   const Step* centre = nullptr;
   int support = 0;
   std::vector<const Step*> counted_for(lamps.size(), nullptr);
   auto window = steps.begin();
   for (const Step& step : steps) {
-    const double apart_px = agreement_px(step);
-    while (window->by_px.x() < step.by_px.x() - widest_px) ++window;
+    while (window->by_px.x() < step.by_px.x() - kAgreement_px) ++window;
     int agree = 0;
-    for (auto other = window; other != steps.end() && other->by_px.x() < step.by_px.x() + apart_px;
-         ++other) {
+    for (auto other = window;
+         other != steps.end() && other->by_px.x() < step.by_px.x() + kAgreement_px; ++other) {
       const Step*& last = counted_for[static_cast<std::size_t>(other->lamp)];
       if (last == &step || !near(step, *other)) continue;
       last = &step;
@@ -172,8 +201,7 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
       support = agree;
     }
   }
-  if (support < std::min(kFewest, lamps_used) || 2 * support < lamps_used)
-    return Eigen::Vector2d::Zero();
+  if (support < kFewest || 2 * support < lamps_used) return Eigen::Vector2d::Zero();
   // Where most are at rest, others may seem to have moved: to their images on a wet road.
   const double at_rest_px = std::min(kAgreement_px, 0.5 * centre->by_px.norm());
   const auto at_rest =
@@ -186,13 +214,7 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
       v.push_back(step.by_px.y());
     }
   const Eigen::Vector2d shift_px(median(std::move(u)), median(std::move(v)));
-  // A small step that fits the lamps' own uncertainty is theirs to learn as a change of speed.
-  std::vector<double> sigmas_px;
-  for (const auto& lamp : lamps)
-    if (lamp->sightings() >= kSettled) sigmas_px.push_back(lamp->position_sigma_px());
-  if (shift_px.norm() < std::max(kLeast_px, kLeastSigmas * median(std::move(sigmas_px))))
-    return Eigen::Vector2d::Zero();
-  return shift_px;
+  return clear(shift_px) ? shift_px : Eigen::Vector2d::Zero();
 }
 
 Association associate(const Lamps& lamps, const std::vector<Spot>& spots, double gate_chi2,
