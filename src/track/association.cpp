@@ -127,7 +127,7 @@ std::optional<Eigen::Vector2d> step_of_all(const std::vector<Eigen::Vector2d>& t
 
 }  // namespace
 
-Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots, double reach_px) {
+CommonShift common_shift(const Lamps& lamps, const std::vector<Spot>& spots, double reach_px) {
   constexpr int kFewest = 4, kSettled = 3;
   constexpr std::ptrdiff_t kNearest =
       24;  // spots of one lamp: the cost must not grow with a crowd's square
@@ -171,8 +171,9 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
   const auto clear = [&](const Eigen::Vector2d& shift_px) {
     return shift_px.norm() >= std::max(kLeast_px, kLeastSigmas * median(sigmas_px));
   };
-  if (const auto all_px = step_of_all(to_nearest_px); all_px && clear(*all_px)) return *all_px;
-  if (lamps_used < kFewest) return Eigen::Vector2d::Zero();
+  if (const auto all_px = step_of_all(to_nearest_px); all_px && clear(*all_px))
+    return {*all_px, true};
+  if (lamps_used < kFewest) return {};
   std::sort(steps.begin(), steps.end(),
             [](const Step& one, const Step& other) { return one.by_px.x() < other.by_px.x(); });
 
@@ -201,12 +202,12 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
       support = agree;
     }
   }
-  if (support < kFewest || 2 * support < lamps_used) return Eigen::Vector2d::Zero();
+  if (support < kFewest || 2 * support < lamps_used) return {};
   // Where most are at rest, others may seem to have moved: to their images on a wet road.
   const double at_rest_px = std::min(kAgreement_px, 0.5 * centre->by_px.norm());
   const auto at_rest =
       std::ranges::count_if(nearest_px, [&](double least_px) { return least_px < at_rest_px; });
-  if (support < kMoreThanAtRest * static_cast<double>(at_rest)) return Eigen::Vector2d::Zero();
+  if (support < kMoreThanAtRest * static_cast<double>(at_rest)) return {};
   std::vector<double> u, v;
   for (const Step& step : steps)
     if (near(*centre, step)) {
@@ -214,7 +215,7 @@ Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots,
       v.push_back(step.by_px.y());
     }
   const Eigen::Vector2d shift_px(median(std::move(u)), median(std::move(v)));
-  return clear(shift_px) ? shift_px : Eigen::Vector2d::Zero();
+  return clear(shift_px) ? CommonShift{shift_px} : CommonShift{};
 }
 
 Association associate(const Lamps& lamps, const std::vector<Spot>& spots, double gate_chi2,

@@ -10,9 +10,14 @@ namespace vildar {
 
 using Lamps = std::vector<std::unique_ptr<Lamp>>;
 
-/// Movement of the whole image (hand-held camera, bumps) since the prediction: the displacement on
-/// which most lamps agree, four at least or all of three. Zero with fewer lamps or no agreement.
-Eigen::Vector2d common_shift(const Lamps& lamps, const std::vector<Spot>& spots, double reach_px);
+/// Movement of the whole image (hand-held camera, bumps) since the prediction. Zero where the lamps
+/// do not agree on one.
+struct CommonShift {
+  Eigen::Vector2d by_px = Eigen::Vector2d::Zero();
+  bool of_all = false;  ///< all lamps, three at least, went that way to what is nearest to each;
+                        ///< else most of them, four at least
+};
+CommonShift common_shift(const Lamps& lamps, const std::vector<Spot>& spots, double reach_px);
 
 /// Which spot each lamp is seen as, all lamps together at least total cost.
 struct Association {

@@ -56,7 +56,7 @@ Lamp::Lamp(const Spot& spot, const LampPlace& place, std::int64_t frame, CameraT
   remember(spot, Eigen::Vector2d::Zero(), frame, time);
 }
 
-void Lamp::predict(double dt_s, const RoadView& view) {
+void Lamp::predict(double dt_s, const RoadView& view, bool sways) {
   place_ = view.place(at_px_);
   const Eigen::Vector2d& flow_px = place_.toward_px;
   const double per_second =
@@ -73,7 +73,7 @@ void Lamp::predict(double dt_s, const RoadView& view) {
   transition.bottomRightCorner<2, 2>() *= looming * looming;
   covariance_ = transition * covariance_ * transition.transpose();
   const double acceleration_pxps2 =
-      std::clamp(strain_ / kUsualStrain, 1.0, kMostStrain) *
+      (sways ? std::clamp(strain_ / kUsualStrain, 1.0, kMostStrain) : 1.0) *
       std::hypot(kShake_pxps2,
                  kAccelerationSigma_mps2 * place_.inverse_depth_per_m * view.focal_px());
   const double shake_px = view.moving_sensor() ? kShakeMoving_px : kShake_px;

@@ -153,7 +153,7 @@ bool is_within(const Eigen::Vector2d& at_px, const Spot& spot) {
 }  // namespace
 
 void note_look_alikes(const Lamps& lamps, const std::vector<Spot>& spots, const Vehicles& vehicles,
-                      const RoadView& view, std::int64_t frame) {
+                      const RoadView& view, std::int64_t frame, bool sways) {
   constexpr double kAboveSigmas = 2.5;
   for (const auto& lamp : lamps) {
     if (!lamp->seen_at(frame)) {
@@ -167,7 +167,7 @@ void note_look_alikes(const Lamps& lamps, const std::vector<Spot>& spots, const 
     const double least = std::min(0.0, view.height_over_lamps_m() * at.inverse_depth_per_m);
     lamp->above.add(at.slope_down < least - kAboveSigmas * view.slope_sigma(at.inverse_depth_per_m),
                     kMemory);
-    lamp->fixed = stands_in_the_world(*lamp, lamps, view);
+    lamp->fixed = stands_in_the_world(*lamp, lamps, view, sways);
     const bool mirrored = std::any_of(lamps.begin(), lamps.end(), [&](const auto& source) {
       return source != lamp && source->seen_at(frame) && mirrors(*lamp, *source, view);
     });

@@ -8,10 +8,10 @@
 namespace vildar {
 namespace {
 
-constexpr double kMostSway_rad = 0.1;
+constexpr double kMostShake_rad = 0.05, kMostSway_rad = 0.1;
 
 // Goes to and fro, as a light does before a camera that shakes, and gets nowhere.
-bool sways(const Lamp& lamp, const RoadView& view) {
+bool gets_nowhere(const Lamp& lamp, const RoadView& view, double most_rad) {
   constexpr std::size_t kMostRecords = 200;
   constexpr double kNowhere = 0.2;  // steady motion: 0.5
   const std::size_t count = std::min(kMostRecords, lamp.records.size()) & ~std::size_t{1};
@@ -26,7 +26,7 @@ bool sways(const Lamp& lamp, const RoadView& view) {
     most_px = most_px.cwiseMax(record->at_px);
   }
   const double extent_px = (most_px - least_px).norm();
-  return extent_px < kMostSway_rad * view.focal_px() && gone_px.norm() < kNowhere * extent_px;
+  return extent_px < most_rad * view.focal_px() && gone_px.norm() < kNowhere * extent_px;
 }
 
 const LampRecord* record_in(const Lamp& lamp, std::int64_t frame) {
@@ -63,7 +63,7 @@ std::optional<Looks> looks_at(const Lamp& lamp, const RoadView& view) {
 }
 
 bool keeps_its_angle(const Looks& looks, const Lamp& to, const RoadView& view) {
-  constexpr double kApart_rad = 0.04, kScatter_px = 1.5, kOfAngle = 0.005;
+  constexpr double kApart_rad = 0.04, kScatter_px = 1.0, kOfAngle = 0.003;
   double now_rad = 0.0;
   for (const LampRecord* look : looks) {
     const LampRecord* other = record_in(to, look->frame);
@@ -79,13 +79,20 @@ bool keeps_its_angle(const Looks& looks, const Lamp& to, const RoadView& view) {
 
 }  // namespace
 
-bool stands_in_the_world(const Lamp& lamp, const Lamps& lamps, const RoadView& view) {
+void Sway::see(const CommonShift& shift) {
+  constexpr double kNewest = 0.005, kOften = 0.0125, kSeldom = 0.0005;
+  share_ += kNewest * ((shift.of_all ? 1.0 : 0.0) - share_);
+  told_ = share_ > (told_ ? kSeldom : kOften);
+}
+
+bool stands_in_the_world(const Lamp& lamp, const Lamps& lamps, const RoadView& view, bool sways) {
   constexpr double kLongEnough_s = 1.0, kStill_px = 5.0, kStill_m = 1.0;
   if (view.moving_sensor() || lamp.lived_s() < kLongEnough_s) return false;
   const double metre_px = lamp.place().inverse_depth_per_m * lamp.place().toward_px.norm();
-  if (lamp.wandered_px() < std::max(kStill_px, kStill_m * metre_px) || sways(lamp, view))
+  if (lamp.wandered_px() < std::max(kStill_px, kStill_m * metre_px) ||
+      gets_nowhere(lamp, view, sways ? kMostSway_rad : kMostShake_rad))
     return true;
-  if (lamp.vehicle) return false;
+  if (lamp.vehicle || !sways) return false;
   const auto looks = looks_at(lamp, view);
   return looks && std::ranges::any_of(lamps, [&](const auto& other) {
            return other.get() != &lamp && !other->vehicle && keeps_its_angle(*looks, *other, view);

@@ -69,6 +69,7 @@ class Tracker::Impl {
   RoadView view_;
   Aim aim_;
   Pairing pairing_;
+  Sway sway_;
   Attitude attitude_;
   std::optional<DriveAttitude> drive_attitude_;  ///< of a moving sensor, in the other's stead
   double reach_px_, rolling_shutter_s_;
@@ -90,22 +91,21 @@ class Tracker::Impl {
 std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
   if (last_time_ && !(frame.time > *last_time_))
     throw std::invalid_argument("Tracker::update: frame " + std::to_string(frame.frame) +
-                                " is not later than the one before; pass frames in order of time");
+                                " is not later than the one before; pass them in order of time");
   const double dt_s = last_time_ ? seconds_of(frame.time) - seconds_of(*last_time_) : 0.0;
   last_time_ = frame.time;
   counts_.blobs += static_cast<std::int64_t>(frame.blobs.size());
-
   join_lamp_parts(frame, view_);
   const std::vector<Spot> spots = spots_of(frame, view_);
   for (const Blob& blob : frame.blobs)
     if (blob.kind != LampKind::other) lights_.see_colour(blob.cr, blob.cb);
-  for (const auto& lamp : lamps_) lamp->predict(dt_s, view_);
-  const Eigen::Vector2d shift_px = common_shift(lamps_, spots, reach_px_);
-  if (!shift_px.isZero())
-    for (const auto& lamp : lamps_) lamp->shift(shift_px, dt_s);
-
+  for (const auto& lamp : lamps_) lamp->predict(dt_s, view_, sway_.told());
+  const CommonShift shift = common_shift(lamps_, spots, reach_px_);
+  sway_.see(shift);
+  if (!shift.by_px.isZero())
+    for (const auto& lamp : lamps_) lamp->shift(shift.by_px, dt_s);
   follow(spots, frame);
-  note_look_alikes(lamps_, spots, vehicles_, view_, frame.frame);
+  note_look_alikes(lamps_, spots, vehicles_, view_, frame.frame, sway_.told());
   pairing_.update(lamps_, vehicles_, frame.frame, frame.time);
   if (const auto aimed = aim_.learn(vehicles_, frame.frame)) view_ = RoadView(*aimed);
   resume_lost(vehicles_, waiting_, frame.frame, waits_since_, view_);

@@ -13,12 +13,12 @@ namespace {
 
 using Road = scene::OneCar;
 
-class CommonShift : public ::testing::Test {
+class CommonShiftOf : public ::testing::Test {
  protected:
   static constexpr std::int64_t kLast = 20;
   static constexpr double kReach_px = 60.0;
 
-  CommonShift() {
+  CommonShiftOf() {
     for (const double ahead_m : {0.0, 25.0})
       for (const double y_m : {-3.4, -4.6, -6.9, -8.1})
         lamps_.push_back(std::make_unique<Lamp>(road_.lamp(0, kLast, y_m, ahead_m)));
@@ -27,7 +27,7 @@ class CommonShift : public ::testing::Test {
   void see(const Eigen::Vector2d& off_px) {
     for (const auto& lamp : lamps_) spots_.push_back({&blob_, lamp->at_px() + off_px});
   }
-  Eigen::Vector2d shift_px() const { return common_shift(lamps_, spots_, kReach_px); }
+  Eigen::Vector2d shift_px() const { return common_shift(lamps_, spots_, kReach_px).by_px; }
 
   Road road_;
   Blob blob_;
@@ -35,7 +35,7 @@ class CommonShift : public ::testing::Test {
   std::vector<Spot> spots_;
 };
 
-TEST_F(CommonShift, IsWhereAllLampsWent) {
+TEST_F(CommonShiftOf, IsWhereAllLampsWent) {
   for (const auto& gone_px : {Eigen::Vector2d(9.0, -14.0), Eigen::Vector2d(1.2, 1.3)}) {
     spots_.clear();
     see(gone_px);
@@ -45,7 +45,7 @@ TEST_F(CommonShift, IsWhereAllLampsWent) {
 
 // A wet road shows all lamps again, a little below each; and a glint that was seen before is not
 // seen now, but another one is as far below it.
-TEST_F(CommonShift, IsNotFromLampsToTheirImages) {
+TEST_F(CommonShiftOf, IsNotFromLampsToTheirImages) {
   const Eigen::Vector2d below_px(0.0, 12.0), beside_px(15.0, 0.0);
   auto glint = std::make_unique<Lamp>(*lamps_.back());
   glint->shift(below_px + beside_px, 0.04);
@@ -57,7 +57,7 @@ TEST_F(CommonShift, IsNotFromLampsToTheirImages) {
 }
 
 // Even where the camera shook by as much: then the lamps stand where nothing was.
-TEST_F(CommonShift, OfACameraThatShookOverAWetRoad) {
+TEST_F(CommonShiftOf, OfACameraThatShookOverAWetRoad) {
   see({0.0, 12.0});
   see({0.0, 24.0});
   EXPECT_NEAR((shift_px() - Eigen::Vector2d(0.0, 12.0)).norm(), 0.0, 1e-9);

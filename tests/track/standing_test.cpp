@@ -65,7 +65,7 @@ TEST(Standing, LampsThatComeNearerDoNotThoughTheCameraSways) {
   for (const double y_m : {-4.0, -9.0})
     for (const double ahead_m : {0.0, 20.0})
       lamps.push_back(std::make_unique<Lamp>(road.lamp(0, 75, y_m, ahead_m)));
-  for (const auto& lamp : lamps) EXPECT_FALSE(stands_in_the_world(*lamp, lamps, road.view));
+  for (const auto& lamp : lamps) EXPECT_FALSE(stands_in_the_world(*lamp, lamps, road.view, true));
 }
 
 }  // namespace
