@@ -50,10 +50,31 @@ struct Swing {
   bool back = false;   ///< it creeps back
 };
 
+/// Whether light stays within `most_w` of what it is at level `first` for a second: what rises at
+/// once is the light of the next vehicle, or of one that was in view as the trace began, not the
+/// dark.
+bool holds(const std::vector<Level>& levels, std::size_t first, double most_w) {
+  constexpr double kFor_s = 1.0;
+  for (std::size_t i = first; i < levels.size(); ++i) {
+    if (levels[i].time_s - levels[first].time_s >= kFor_s) return true;
+    if (std::abs(levels[i].power_w - levels[first].power_w) > most_w) return false;
+  }
+  return false;
+}
+
+/// Whether the trace is steadily dark, as no amplifier that swings back is, somewhere below.
+bool darker_elsewhere(const std::vector<Level>& levels, double dark_w, double swing_w) {
+  constexpr double kBelow = 0.1, kSteady = 0.05;  // of the swing
+  for (std::size_t i = 0; i < levels.size(); ++i)
+    if (levels[i].power_w < dark_w - kBelow * swing_w && holds(levels, i, kSteady * swing_w))
+      return true;
+  return false;
+}
+
 Swing swing_after(const std::vector<Level>& levels, std::size_t peak, double next_s,
                   double sigma_w) {
   constexpr double kBefore_s = 6.0, kRises_s = 1.0, kFalls_s = 2.0, kLongest_s = 10.0;
-  constexpr double kLeastSigmas = 20.0;
+  constexpr double kLeastSigmas = 20.0, kRise = 0.5;  // of the swing
   // Of the swing: an exponential is 0.29 of the way where half of the time to its half is over,
   // a straight rise 0.25.
   constexpr double kHalf = 0.5, kEvenly = 0.26;
@@ -66,7 +87,7 @@ Swing swing_after(const std::vector<Level>& levels, std::size_t peak, double nex
   if (!before || !after) return {};
   const double dark_w = levels[*after].power_w;
   const double swing_w = levels[*before].power_w - dark_w;
-  if (swing_w < kLeastSigmas * sigma_w) return {};
+  if (swing_w < kLeastSigmas * sigma_w || !holds(levels, *before, kRise * swing_w)) return {};
   Swing swing{swing_w / (levels[peak].power_w - dark_w)};
   const double until_s = std::min(levels[*after].time_s + kLongest_s, next_s - kRises_s);
   for (std::size_t i = *after; i < levels.size() && levels[i].time_s < until_s; ++i) {
@@ -76,6 +97,7 @@ Swing swing_after(const std::vector<Level>& levels, std::size_t peak, double nex
     swing.back = blocks < kAtOnce || levels[*after + blocks / 2].power_w - dark_w > least * swing_w;
     break;
   }
+  swing.back = swing.back && !darker_elsewhere(levels, dark_w, swing_w);
   return swing;
 }
 

@@ -15,6 +15,7 @@ constexpr double kRate_hz = 1000.0, kDark_w = 5e-9, kNoise_w = 1e-10;
 
 struct Passing {
   double at_s, speed_mps;
+  double lamps = 1.0;  ///< of the others' light
 };
 
 /// Vehicles that are gone within 0.3 s of their nearest, over a dark level with noise.
@@ -102,6 +103,61 @@ TEST(BlocksConstantLight, NeitherDoStreamsOfVehiclesInNoise) {
         set_noise(trace);
         EXPECT_FALSE(blocks_constant_light(trace))
             << speed_mps << " m/s, " << every_s << " s, " << seed;
+      }
+}
+
+/// Light that is gone at once as each leaves the field of view, over a dark level with noise.
+std::vector<double> light_in_view(const std::vector<Passing>& vehicles, double gone_m,
+                                  double duration_s) {
+  std::vector<double> light_w;
+  for (int k = 0; k < static_cast<int>(duration_s * kRate_hz); ++k) {
+    light_w.push_back(kDark_w);
+    for (const Passing& one : vehicles) {
+      const double ahead_m = one.speed_mps * (one.at_s - k / kRate_hz);
+      const double in_view = 1.0 / (1.0 + std::exp(4.0 * (gone_m - ahead_m)));
+      light_w.back() += in_view * one.lamps * 2e-6 * std::pow(ahead_m * ahead_m + 50.0, -0.605);
+    }
+  }
+  return light_w;
+}
+
+TEST(BlocksConstantLight, IsToldByTheSwingAlsoOfLightThatRisesSlowly) {
+  for (const double corner_hz : {0.02, 0.05, 0.2, 1.0, 5.0, 20.0})
+    for (const double speed_mps : {8.0, 15.0, 30.0})
+      for (const double lamps : {0.3, 1.0, 3.0}) {
+        const auto light_w = light_in_view(
+            {{12.0, speed_mps}, {27.0, 15.0, lamps}, {42.0, speed_mps, lamps}}, 2.0, 50.0);
+        EXPECT_TRUE(blocks_constant_light(trace_of(through_capacitor(light_w, corner_hz))))
+            << corner_hz << " Hz, " << speed_mps << " m/s, lamps of " << lamps;
+      }
+}
+
+// Nothing before the first vehicle is as dark as the gap after it, or as what comes at last.
+TEST(BlocksConstantLight, NorDoesWhatBeginsWithVehiclesInView) {
+  for (const double from_m : {25.0, 35.0, 45.0, 60.0})
+    for (const double gap_s : {1.8, 2.1, 2.4, 3.0, 4.0})
+      for (const double gone_m : {1.0, 3.0, 6.0})
+        for (const double lamps : {0.1, 0.15, 0.2, 0.3, 0.5, 1.0})
+          for (const double dark_s : {1.6, 5.0}) {
+            const double first_s = from_m / 17.0, next_s = first_s + gap_s;
+            const auto light_w =
+                light_in_view({{first_s, 17.0}, {next_s, 15.0, lamps}}, gone_m, next_s + dark_s);
+            EXPECT_FALSE(blocks_constant_light(trace_of(light_w)))
+                << from_m << " m, " << gap_s << " s, gone at " << gone_m << " m, lamps of " << lamps
+                << ", dark for " << dark_s << " s";
+          }
+}
+
+// One that stands in view at first, and drives off.
+TEST(BlocksConstantLight, NorDoesWhatBeginsWithAVehicleThatStands) {
+  for (const double gap_s : {1.8, 2.1, 2.4, 3.0, 4.0})
+    for (const double lamps : {0.1, 0.15, 0.2, 0.3, 0.5, 1.0})
+      for (const double dark_s : {1.6, 5.0}) {
+        auto light_w =
+            light_in_view({{5.0, 10.0}, {5.0 + gap_s, 15.0, lamps}}, 2.0, 5.0 + gap_s + dark_s);
+        std::fill_n(light_w.begin(), 3000, light_w[3000]);
+        EXPECT_FALSE(blocks_constant_light(trace_of(light_w)))
+            << gap_s << ", lamps of " << lamps << ", " << dark_s;
       }
 }
 
