@@ -240,12 +240,13 @@ void put_in_order(CleanSamples& clean) {
   clean.values = std::move(kept);
 }
 
-/// `runs` in order.
-void leave_out(const std::vector<Span>& runs, const std::string& reason, CleanSamples& clean) {
+/// `runs` in order; `reason_of` the value that one begins with.
+void leave_out(const std::vector<Span>& runs, const auto& reason_of, CleanSamples& clean) {
   if (runs.empty()) return;
   std::size_t kept = runs.front().first;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    clean.rejected[reason] += static_cast<std::int64_t>(runs[r].last - runs[r].first);
+    clean.rejected[reason_of(clean.values[runs[r].first])] +=
+        static_cast<std::int64_t>(runs[r].last - runs[r].first);
     const std::size_t end = r + 1 < runs.size() ? runs[r + 1].first : clean.values.size();
     for (std::size_t i = runs[r].last; i < end; ++i, ++kept) {
       clean.time_s[kept] = clean.time_s[i];
@@ -276,9 +277,14 @@ CleanSamples clean_samples(std::vector<double> time_s, std::vector<float> values
 
   const double period_s =
       (finite.time_s.back() - finite.time_s.front()) / static_cast<double>(finite.time_s.size());
-  leave_out(clipped(finite.values, period_s, rails_of(finite.values, quantity, photodiode)),
-            "clipped", finite);
-  leave_out(stuck_runs(finite.time_s, finite.values), "stuck", finite);
+  const std::vector<Span> ends =
+      clipped(finite.values, period_s, rails_of(finite.values, quantity, photodiode));
+  const float lowest = ends.empty() ? 0.0F : *std::ranges::min_element(finite.values);
+  const bool unplugged = !ends.empty() && stands_apart(finite.values, lowest);
+  leave_out(
+      ends, [&](float held) { return unplugged && held == lowest ? "stuck" : "clipped"; }, finite);
+  leave_out(
+      stuck_runs(finite.time_s, finite.values), [](float) { return "stuck"; }, finite);
   return finite;
 }
 

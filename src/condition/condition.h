@@ -20,7 +20,8 @@ namespace vildar {
 ///   where neither is known, runs of 5 or more exactly equal samples at the trace's maximum count
 ///   as clipped, or at its minimum where the samples beside them show noise; longer ones where the
 ///   converter makes neighbours equal anyhow (its minimum then counts as dark);
-/// - `stuck`: a value held for 0.05 s or more, longer than the noise about it allows (a hang);
+/// - `stuck`: a value held for 0.05 s or more, longer than the noise about it allows (a hang), and
+///   runs as above of a minimum that no other sample comes near (a sensor that was unplugged);
 /// - `negative`: samples below zero by far more than the noise and the darkest part explain;
 /// - `spike`: one or two samples that stand out of those about them as no light of a vehicle does;
 /// - `flash`: of lightning or a camera, for twice the time until the light is what it was.

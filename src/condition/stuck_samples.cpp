@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 namespace vildar {
@@ -105,18 +106,42 @@ std::vector<Span> stuck_runs(const std::vector<double>& time_s, const std::vecto
   std::sort(levels.begin(), levels.end());
   levels.erase(std::unique(levels.begin(), levels.end()), levels.end());
   const std::vector<Neighbours> darker = no_brighter(values, levels);
+  const bool apart =
+      levels.front() == *std::ranges::min_element(values) && stands_apart(values, levels.front());
   for (const auto& [run, share_about] : all) {
     const auto level = std::lower_bound(levels.begin(), levels.end(), values[run.first]);
     auto [others, equal] = darker[static_cast<std::size_t>(level - levels.begin())];
     const std::size_t length = run.last - run.first;
     others -= length - (run.last == values.size() ? 1 : 0);
     equal -= length - 1;
-    if (others < kEvidence) continue;
+    const bool unplugged = apart && level == levels.begin();
+    if (others < kEvidence && !unplugged) continue;
     const double share =
-        std::max(share_about, static_cast<double>(equal) / static_cast<double>(others));
+        unplugged ? share_about
+                  : std::max(share_about, static_cast<double>(equal) / static_cast<double>(others));
     if (share <= kMostShare && length >= least_samples(values.size(), share)) runs.push_back(run);
   }
   return runs;
+}
+
+bool stands_apart(const std::vector<float>& values, float lowest) {
+  constexpr float kApart = 10.0F;  // medians of the steps between neighbours
+  constexpr double kTurns = 0.05;  // of the steps; of light without noise very few turn
+  std::vector<float> steps;
+  float next = std::numeric_limits<float>::max();
+  double turns = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (values[i] == lowest) continue;
+    next = std::min(next, values[i]);
+    if (i == 0 || values[i - 1] == lowest) continue;
+    steps.push_back(std::abs(values[i] - values[i - 1]));
+    if (i + 1 < values.size() && values[i + 1] != lowest)
+      turns += (values[i] > values[i - 1]) != (values[i + 1] > values[i]) ? 1.0 : 0.0;
+  }
+  if (steps.size() < kEvidence || turns < kTurns * static_cast<double>(steps.size())) return false;
+  const auto middle = steps.begin() + std::ssize(steps) / 2;
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle > 0.0F && next - lowest > kApart * *middle;
 }
 
 }  // namespace vildar

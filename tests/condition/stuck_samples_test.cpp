@@ -150,10 +150,15 @@ TEST(StuckRuns, TracesWithNothingToTellHaveNone) {
   EXPECT_TRUE(stuck(constant).empty());
 }
 
-PowerTrace conditioned(const Samples& samples) {
+PowerTrace conditioned(const Samples& samples, PowerQuantity quantity = PowerQuantity::power_w) {
   Site site;
   site.photodiodes.resize(1);
+  site.photodiodes[0].responsivity_a_per_w = 1.0;
+  site.photodiodes[0].transimpedance_v_per_a = 1.0;
+  if (quantity == PowerQuantity::counts) site.photodiodes[0].volts_per_count = 1.0;
+  if (quantity == PowerQuantity::voltage_v) site.photodiodes[0].full_scale_v = 5e3;
   PhotodiodeRecording recording;
+  recording.quantity = quantity;
   recording.ids = {""};
   recording.time_s = samples.time_s;
   recording.values = {samples.values};
@@ -168,6 +173,34 @@ TEST(Condition, AHangBecomesAGapAndIsCountedAsStuck) {
   ASSERT_EQ(trace.time_s.size(), 20'000U - 1'501U);
   EXPECT_DOUBLE_EQ(trace.time_s[9'998], 9.998);
   EXPECT_DOUBLE_EQ(trace.time_s[9'999], 11.5);
+}
+
+// Zeros from a moment on, or in between, whatever is known of the converter's range.
+TEST(Condition, AnUnpluggedPhotodiodeIsStuckAndNotClipped) {
+  for (const PowerQuantity quantity :
+       {PowerQuantity::power_w, PowerQuantity::voltage_v, PowerQuantity::counts})
+    for (const std::size_t until : {13'000, 20'000})
+      for (const std::size_t again : {0, 60}) {
+        Samples samples = samples_with(kNoise, quantity == PowerQuantity::counts ? 1.0 : 0.0);
+        std::fill(samples.values.begin() + 7'800,
+                  samples.values.begin() + static_cast<std::ptrdiff_t>(until), 0.0F);
+        std::fill_n(samples.values.begin() + 3'000, again, 0.0F);
+        const PowerTrace trace = conditioned(samples, quantity);
+        EXPECT_EQ(trace.rejected, (std::map<std::string, std::int64_t>{
+                                      {"stuck", static_cast<std::int64_t>(until - 7'800 + again)}}))
+            << static_cast<int>(quantity) << " until " << until << ", again " << again;
+      }
+}
+
+// The dark of an amplifier whose offset is below the range, at 0.
+TEST(Condition, ADarkBelowTheConvertersEndIsClippedAndNotStuck) {
+  for (const double offset : {53.0, 55.0, 80.0}) {
+    Samples samples = samples_with(kNoise, 0.0);
+    for (float& value : samples.values) value = std::max(value - static_cast<float>(offset), 0.0F);
+    const PowerTrace trace = conditioned(samples);
+    EXPECT_GT(trace.rejected.at("clipped"), 100) << offset;
+    EXPECT_EQ(trace.rejected.count("stuck"), 0U) << offset;
+  }
 }
 
 TEST(Condition, AFlatTopIsClippedAndNotStuck) {
