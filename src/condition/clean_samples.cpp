@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -240,6 +241,21 @@ void put_in_order(CleanSamples& clean) {
   clean.values = std::move(kept);
 }
 
+/// When `runs` are, those less than 0.05 s apart as one.
+std::vector<ClippedTime> times_of(const std::vector<Span>& runs,
+                                  const std::vector<double>& time_s) {
+  constexpr double kApart_s = 0.05;
+  std::vector<ClippedTime> times;
+  for (const Span& run : runs) {
+    const double from_s = time_s[run.first], to_s = time_s[run.last - 1];
+    if (times.empty() || from_s - times.back().to_s > kApart_s)
+      times.push_back({from_s, to_s});
+    else
+      times.back().to_s = to_s;
+  }
+  return times;
+}
+
 /// `runs` in order; `reason_of` the value that one begins with.
 void leave_out(const std::vector<Span>& runs, const auto& reason_of, CleanSamples& clean) {
   if (runs.empty()) return;
@@ -270,7 +286,7 @@ CleanSamples clean_samples(std::vector<double> time_s, std::vector<float> values
     for (std::size_t i = first; i < last; ++i) strange |= !(std::abs(time_s[i]) <= kMost_s);
     return strange == 0;
   });
-  CleanSamples finite{std::move(time_s), std::move(values), {}, {}};
+  CleanSamples finite{std::move(time_s), std::move(values), {}, {}, {}};
   if (!all_finite) keep_finite(finite);
   put_in_order(finite);
   if (finite.values.empty()) return finite;
@@ -281,8 +297,13 @@ CleanSamples clean_samples(std::vector<double> time_s, std::vector<float> values
       clipped(finite.values, period_s, rails_of(finite.values, quantity, photodiode));
   const float lowest = ends.empty() ? 0.0F : *std::ranges::min_element(finite.values);
   const bool unplugged = !ends.empty() && stands_apart(finite.values, lowest);
+  const auto lost = [&](float held) { return unplugged && held == lowest; };
+  std::vector<Span> cut;
+  std::ranges::copy_if(ends, std::back_inserter(cut),
+                       [&](const Span& run) { return !lost(finite.values[run.first]); });
+  finite.clipped = times_of(cut, finite.time_s);
   leave_out(
-      ends, [&](float held) { return unplugged && held == lowest ? "stuck" : "clipped"; }, finite);
+      ends, [&](float held) { return lost(held) ? "stuck" : "clipped"; }, finite);
   leave_out(
       stuck_runs(finite.time_s, finite.values), [](float) { return "stuck"; }, finite);
   return finite;

@@ -13,7 +13,8 @@ struct CleanSamples {
   std::vector<double> time_s;  ///< strictly increasing
   std::vector<float> values;
   std::map<std::string, std::int64_t> rejected;
-  std::optional<StampFall> fall;  ///< the first
+  std::vector<ClippedTime> clipped;  ///< as in PowerTraceFacts
+  std::optional<StampFall> fall;     ///< the first
 };
 
 /// The rules are those of condition().

@@ -78,6 +78,7 @@ std::vector<PowerTrace> condition(PhotodiodeRecording recording, const Site& sit
     trace.time_s = std::move(clean.time_s);
     trace.power_w = std::move(clean.values);
     trace.rejected = std::move(clean.rejected);
+    trace.clipped = std::move(clean.clipped);
     trace.fall = clean.fall;
     if (unit_w != 1.0)
       for (float& power_w : trace.power_w) power_w = static_cast<float>(power_w * unit_w);

@@ -141,6 +141,23 @@ Found delay_method(const SeenPass& seen, const Site& site, std::span<const Power
   return found;
 }
 
+// Whether of the light of a pass, and of what was clipped next to it, more was clipped than not.
+bool mostly_clipped(const PowerPass& pass, const PowerTrace& trace) {
+  constexpr double kNextTo_s = 0.05;
+  double clipped_s = 0.0, in_pass_s = 0.0;
+  for (const auto& [from_s, to_s] : trace.clipped) {
+    if (to_s < pass.from_s - kNextTo_s || from_s > pass.to_s + kNextTo_s) continue;
+    clipped_s += to_s - from_s;
+    in_pass_s += std::max(0.0, std::min(to_s, pass.to_s) - std::max(from_s, pass.from_s));
+  }
+  return clipped_s > pass.to_s - pass.from_s - in_pass_s;
+}
+
+bool is_lack_of_light(Miss miss) {
+  return miss == Miss::too_few_samples || miss == Miss::too_short || miss == Miss::below_noise ||
+         miss == Miss::too_uncertain;
+}
+
 // Where no method's speed stands: photodiodes that deny what the site says of them, else the first
 // reason but that the site gives a method no scale.
 const MethodResult& withheld_by(const std::vector<Found>& methods) {
@@ -299,7 +316,14 @@ VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site&
     methods.push_back(
         pulsed ? Found{{Method::delay_photodiodes, Miss::outside_model, 0, ""}, {}, {}, {}}
                : delay_method(seen, site, traces, abreast.lanes.size()));
+  const bool clipped = mostly_clipped(pass, trace);
+  for (Found& found : methods)
+    if (const Miss* miss = std::get_if<Miss>(&found.row.speed);
+        clipped && miss && is_lack_of_light(*miss))
+      found.row.speed = Miss::saturated;
   stand_by_surest(methods, result);
+  if (clipped && result.withheld && is_lack_of_light(*result.withheld))
+    result.withheld = Miss::saturated;
   // Two photodiodes tell by the order in which they see it which way a vehicle drives.
   if (result.withheld && abreast.lanes.empty() && !site.road.lanes.empty()) {
     result.direction = Direction::receding;
@@ -308,9 +332,10 @@ VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site&
         "camera measures vehicles that drive away");
   }
   constexpr double kOthersMatter = 0.01;  // of the brightest light
-  const bool of_the_site =
-      result.withheld == Miss::no_scale || result.withheld == Miss::outside_model;
-  if (result.withheld && !of_the_site && pass.others_w > kOthersMatter * seen.peak_w)
+  const bool explained = result.withheld == Miss::no_scale ||
+                         result.withheld == Miss::outside_model ||
+                         result.withheld == Miss::saturated;
+  if (result.withheld && !explained && pass.others_w > kOthersMatter * seen.peak_w)
     result.withheld = Miss::several_vehicles;
   if (!result.withheld && lane && !curved) result.lateral_m = lane->lateral_m.mean;
   warn_of_contradictions(result);

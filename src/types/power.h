@@ -34,6 +34,13 @@ struct StampFall {
   bool operator==(const StampFall&) const = default;
 };
 
+/// A stretch in which samples were left out as clipped; photodiode clock.
+struct ClippedTime {
+  double from_s = 0.0, to_s = 0.0;
+
+  bool operator==(const ClippedTime&) const = default;
+};
+
 /// Light of lamps that pulse, evened out; photodiode clock.
 struct PulsingLight {
   double from_s = 0.0, to_s = 0.0;
@@ -59,6 +66,7 @@ struct PowerTraceFacts {
   double drift_w = 0.0;           ///< range of the slow changes of ambient light taken out
   std::vector<PulsingLight> pulsing;             ///< in order of time; may overlap
   std::map<std::string, std::int64_t> rejected;  ///< reason -> samples left out
+  std::vector<ClippedTime> clipped;              ///< in order; those less than 0.05 s apart are one
   std::optional<StampFall> fall;                 ///< the first, where stamps go back
   bool blocks_constant_light = false;  ///< the amplifier: the level swings back after each vehicle
 

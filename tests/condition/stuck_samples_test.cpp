@@ -209,6 +209,13 @@ TEST(Condition, AFlatTopIsClippedAndNotStuck) {
   const PowerTrace trace = conditioned(samples);
   EXPECT_GT(trace.rejected.at("clipped"), 100);
   EXPECT_EQ(trace.rejected.count("stuck"), 0U);
+  // 1e5 / (r^2 + 36) is brighter than 800 - 53 within 9.89 m, 0.66 s before each is past.
+  ASSERT_EQ(trace.clipped.size(), 2U);
+  for (const double past_s : {8.0, 16.0}) {
+    const ClippedTime& time = trace.clipped[past_s > 8.0 ? 1 : 0];
+    EXPECT_NEAR(time.from_s, past_s - 9.89 / 15.0, 0.01);
+    EXPECT_NEAR(time.to_s, past_s, 0.005);
+  }
 }
 
 TEST(Condition, LightHeldIntoTheDarkIsNoPass) {

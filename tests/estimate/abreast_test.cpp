@@ -38,6 +38,30 @@ TEST(Pass, PhotodiodesThatDenyTheirGainsAreNamed) {
   EXPECT_EQ(result.method, Method::delay_photodiodes);
 }
 
+// Of a pass that clips until just before its lamps are gone.
+TEST(Pass, ThatIsClippedForMostOfItsTimeIsSaturated) {
+  Random random(5);
+  auto traces = traces_of({{20.0, 27.0}}, random);
+  constexpr double kClippedTo_s = 3.95;
+  for (PowerTrace& trace : traces) {
+    const auto kept = std::ranges::upper_bound(trace.time_s, kClippedTo_s) - trace.time_s.begin();
+    trace.time_s.erase(trace.time_s.begin(), trace.time_s.begin() + kept);
+    trace.power_w.erase(trace.power_w.begin(), trace.power_w.begin() + kept);
+  }
+  const PowerPass pass{.from_s = kClippedTo_s, .to_s = 4.1, .peak_s = kClippedTo_s + 0.005};
+  const Site site = simulated::two_photodiodes(2.0);
+  EXPECT_NE(estimate_pass(pass, 1, site, traces).withheld, Miss::saturated);
+  for (PowerTrace& trace : traces) trace.clipped = {{kClippedTo_s - 0.1, kClippedTo_s}};
+  EXPECT_NE(estimate_pass(pass, 1, site, traces).withheld, Miss::saturated) << "less of it";
+  for (PowerTrace& trace : traces) trace.clipped = {{0.0, kClippedTo_s}};
+  const VehicleResult result = estimate_pass(pass, 1, site, traces);
+  EXPECT_EQ(result.withheld, Miss::saturated);
+  for (const MethodResult& row : result.methods)
+    if (const Miss* miss = std::get_if<Miss>(&row.speed); miss && *miss != Miss::no_scale) {
+      EXPECT_EQ(*miss, Miss::saturated) << name_of(row.method);
+    }
+}
+
 class Abreast : public ::testing::Test {
  protected:
   VehicleResult result_of(const std::vector<Driven>& vehicles) {

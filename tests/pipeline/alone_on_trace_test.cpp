@@ -39,6 +39,7 @@ TEST(AloneOnTrace, IsAsSureAsTheWholeTrace) {
                                           0.2,
                                           {{6.0, 7.0, 200.0, 0.3, 0.02}},
                                           {{"clipped", 3}},
+                                          {{8.0, 8.5}},
                                           {}};
   const auto cut = alone_on_trace(trace, 0.0, {6.0, 10.0}, {});
   ASSERT_TRUE(cut);
