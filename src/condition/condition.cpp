@@ -88,7 +88,7 @@ std::vector<PowerTrace> condition(PhotodiodeRecording recording, const Site& sit
       trace.rejected["negative"] = negative;
       set_noise(trace);
     }
-    even_out_pulses(trace);
+    even_out_pulses(trace, site.mains_hz);
     const bool as_recorded = trace.pulsing.empty();  // else there is less noise between samples
     if (const std::int64_t spikes = drop_spikes(trace); spikes > 0) {
       trace.rejected["spike"] = spikes;
@@ -99,7 +99,9 @@ std::vector<PowerTrace> condition(PhotodiodeRecording recording, const Site& sit
       if (as_recorded) set_noise(trace);
     }
     const bool hidden = trace.rounding_sigma_w > 0.0;  // and stays so, though a wave lies over it
+    const double between_pulses_w = trace.flicker_w;
     remove_flicker(trace, site.mains_hz);
+    trace.flicker_w = std::max(trace.flicker_w, between_pulses_w);
     if (trace.flicker_w > 0.0 && !hidden && as_recorded) set_noise(trace);
     set_ambient(trace);
     remove_drift(trace);

@@ -19,6 +19,7 @@ constexpr double kLongest_s = 0.5, kRise_s = 1e-3, kStep_s = 4e-3;
 /// Light that comes up at once and goes again.
 struct Flash {
   SampleRange samples;
+  double height_w = 0.0;
   bool fades = false;  ///< from the first; what is on for a while and then off is a lamp
 };
 
@@ -53,7 +54,7 @@ class Looks {
     const double until_s = 2.0 * trace_.time_s[*end] - trace_.time_s[i];
     std::size_t until = *end;
     while (until < trace_.power_w.size() && trace_.time_s[until] < until_s) ++until;
-    return Flash{{i, until - i}, fades};
+    return Flash{{i, until - i}, height_w, fades};
   }
   bool jumps_at(std::size_t i) const {
     return trace_.power_w[i] - trace_.power_w[i - 1] > 0.5 * jump_w_;  // of two
@@ -91,10 +92,35 @@ class Looks {
   std::size_t rise_, step_;
 };
 
+/// From one sample to the next.
+struct Jump {
+  std::size_t sample = 0;
+  double rise_w = 0.0;
+};
+
+constexpr double kWithin_s = 3.0;
+constexpr std::size_t kMost = 5;
+
+/// Whether light about the flash, but not within it, jumps again and again by about as much, as of
+/// lamps that pulse.
+bool among_pulses(const PowerTrace& trace, const Flash& flash, const std::vector<Jump>& jumps) {
+  constexpr double kAbout = 0.3;
+  const auto [first, count] = flash.samples;
+  const double from_s = trace.time_s[first] - kWithin_s, to_s = trace.time_s[first] + kWithin_s;
+  std::size_t alike = 0;
+  auto jump = std::ranges::lower_bound(jumps, from_s, {},
+                                       [&](const Jump& one) { return trace.time_s[one.sample]; });
+  for (; jump != jumps.end() && trace.time_s[jump->sample] < to_s && alike <= kMost; ++jump)
+    alike += (jump->sample < first || jump->sample >= first + count) &&
+                     jump->rise_w > kAbout * flash.height_w
+                 ? 1
+                 : 0;
+  return alike > kMost;
+}
+
 /// Those that fade, of which there are no more than a few near, with what does not fade.
-std::vector<SampleRange> single(const PowerTrace& trace, const std::vector<Flash>& flashes) {
-  constexpr double kWithin_s = 3.0;
-  constexpr std::size_t kMost = 5;
+std::vector<SampleRange> single(const PowerTrace& trace, const std::vector<Flash>& flashes,
+                                const std::vector<Jump>& jumps) {
   const auto time_s = [&](std::size_t k) { return trace.time_s[flashes[k].samples.first]; };
   std::vector<char> series(flashes.size(), 0);
   for (std::size_t first = 0, last = 0; last < flashes.size(); ++last) {
@@ -104,7 +130,8 @@ std::vector<SampleRange> single(const PowerTrace& trace, const std::vector<Flash
   }
   std::vector<SampleRange> kept;
   for (std::size_t k = 0; k < flashes.size(); ++k)
-    if (!series[k] && flashes[k].fades) kept.push_back(flashes[k].samples);
+    if (!series[k] && flashes[k].fades && !among_pulses(trace, flashes[k], jumps))
+      kept.push_back(flashes[k].samples);
   return kept;
 }
 
@@ -115,14 +142,16 @@ std::int64_t drop_flashes(PowerTrace& trace) {
     return 0;
   const Looks looks(trace);
   std::vector<Flash> flashes;
+  std::vector<Jump> jumps;
   for (std::size_t i = 1; i < trace.power_w.size(); ++i) {
     if (!looks.jumps_at(i)) continue;
+    jumps.push_back({i, static_cast<double>(trace.power_w[i]) - trace.power_w[i - 1]});
     if (const auto flash = looks.flash_at(i)) {
       flashes.push_back(*flash);
       i += flash->samples.count - 1;
     }
   }
-  return drop_ranges(trace, single(trace, flashes));
+  return drop_ranges(trace, single(trace, flashes, jumps));
 }
 
 }  // namespace vildar

@@ -94,16 +94,18 @@ std::optional<double> step_correlation(std::span<const float> power_w) {
 
 }  // namespace
 
-bool PulseWindows::dark_between(const PowerTrace& trace) const {
+double PulseWindows::waves_w(const PowerTrace& trace) const {
   constexpr std::size_t kEnough = 400;
   // Of noise -0.5, of light by the steps of a converter 0, of a wave of the mains 0.7 and more.
   const double white = trace.rounding_sigma_w > 0.0 ? 0.2 : -0.25;
-  std::vector<double> correlations;
-  for (std::size_t k = 0; k < each.size(); k += each.size() / kEnough + 1)
-    if (!each[k].clear && each[k].whole)
-      correlations.push_back(
-          step_correlation({trace.power_w.data() + k * samples, samples}).value_or(-0.5));
-  return correlations.empty() || median_of(correlations) < white;
+  std::vector<double> correlations, ranges_w;
+  for (std::size_t k = 0; k < each.size(); k += each.size() / kEnough + 1) {
+    if (each[k].clear || !each[k].whole) continue;
+    correlations.push_back(
+        step_correlation({trace.power_w.data() + k * samples, samples}).value_or(-0.5));
+    ranges_w.push_back(each[k].jump_w());
+  }
+  return correlations.empty() || median_of(correlations) < white ? 0.0 : median_of(ranges_w);
 }
 
 PulseWindows pulse_windows(const PowerTrace& trace) {

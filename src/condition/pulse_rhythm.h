@@ -30,8 +30,9 @@ struct PulseWindows {
   const PulseWindow* at(std::size_t sample) const {
     return sample / samples < each.size() ? &each[sample / samples] : nullptr;
   }
-  /// Windows that do not jump hold noise and slow changes, no waves as of mains flicker.
-  bool dark_between(const PowerTrace& trace) const;
+  /// From trough to crest of the waves, as of mains flicker, in windows that do not jump; 0 where
+  /// those hold noise and slow changes alone.
+  double waves_w(const PowerTrace& trace) const;
 };
 
 PulseWindows pulse_windows(const PowerTrace& trace);

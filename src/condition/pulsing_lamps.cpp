@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "condition/flicker.h"
 #include "condition/noise.h"
 #include "condition/pulse_rhythm.h"
 
@@ -95,10 +96,12 @@ class Turns {
     return equal > kTurns * std::max(1.0, per_period_ * rhythm_.duty);
   }
 
-  /// In the place of each sample the mean of both levels, weighed by their time. `after` and
-  /// `before` an edge, in periods, samples belong to neither; with `by_value` that goes for samples
-  /// whose level is not told alone. False, and nothing done, where the levels are not steady.
-  bool put_levels(double after, double before, bool by_value) {
+  /// In the place of each sample the mean of both levels, weighed by their time, with what it has
+  /// beside its level, of a fifth of a second, where that is `most_rest_w` at most: other light.
+  /// `after` and `before` an edge, in periods, samples belong to neither; with `by_value` that goes
+  /// for samples whose level is not told alone. False, and nothing done, where the levels are not
+  /// steady.
+  bool put_levels(double after, double before, bool by_value, double most_rest_w) {
     const auto turn_of = [&](std::size_t i, double phase) {
       const PulseWindow* window = windows_.at(i);
       if (by_value && window && window->told)
@@ -106,15 +109,23 @@ class Turns {
       if (phase > after && phase < rhythm_.duty - before) return Turn::on;
       return phase > rhythm_.duty + after && phase < 1.0 - before ? Turn::off : Turn::neither;
     };
-    const std::vector<Brightness> on = levels(Turn::on, turn_of);
-    const std::vector<Brightness> off = levels(Turn::off, turn_of);
+    std::vector<Brightness> on = levels(Turn::on, turn_of);
+    std::vector<Brightness> off = levels(Turn::off, turn_of);
     for (const auto* each : {&on, &off})
       if (!smooth(*each) || !flat(*each)) return false;
+    if (most_rest_w > 0.0)
+      for (auto* each : {&on, &off}) *each = calmed(*each);
     std::size_t next_on = 0, next_off = 0;
     for (std::size_t i = first_; i < end_; ++i) {
       const double time_s = trace_.time_s[i];
-      trace_.power_w[i] = static_cast<float>(
-          std::lerp(at_time(off, next_off, time_s), at_time(on, next_on, time_s), rhythm_.duty));
+      const double on_w = at_time(on, next_on, time_s), off_w = at_time(off, next_off, time_s);
+      double rest_w = 0.0;
+      if (most_rest_w > 0.0) {
+        const Turn turn = turn_of(i, PulseRhythm::phase_of(rhythm_.periods_at(time_s)));
+        if (turn != Turn::neither) rest_w = trace_.power_w[i] - (turn == Turn::on ? on_w : off_w);
+        if (std::abs(rest_w) > most_rest_w) rest_w = 0.0;
+      }
+      trace_.power_w[i] = static_cast<float>(std::lerp(off_w, on_w, rhythm_.duty) + rest_w);
     }
     return true;
   }
@@ -181,6 +192,30 @@ class Turns {
     }
     close();
     return levels;
+  }
+
+  /// Means of levels over a tenth of a second to either side, or less by as many on both.
+  std::vector<Brightness> averaged(std::vector<Brightness> levels) const {
+    constexpr double kReach_s = 0.1;
+    const auto reach = static_cast<std::size_t>(std::ceil(kReach_s / rhythm_.period_s));
+    std::vector<double> sums_w{0.0};
+    for (const Brightness& level : levels) sums_w.push_back(sums_w.back() + level.power_w);
+    for (std::size_t k = 0; k < levels.size(); ++k) {
+      const std::size_t beside = std::min({reach, k, levels.size() - 1 - k});
+      levels[k].power_w =
+          (sums_w[k + beside + 1] - sums_w[k - beside]) / static_cast<double>(2 * beside + 1);
+    }
+    return levels;
+  }
+
+  /// Levels without what goes to and fro in them within a fifth of a second: the means, and those
+  /// of what the means have cut off a rise that bends.
+  std::vector<Brightness> calmed(const std::vector<Brightness>& levels) const {
+    std::vector<Brightness> calm = averaged(levels);
+    const std::vector<Brightness> twice = averaged(calm);
+    for (std::size_t k = 0; k < calm.size(); ++k)
+      calm[k].power_w += calm[k].power_w - twice[k].power_w;
+    return calm;
   }
 
   /// Calls `use(k, window)` for levels between two others where edges were seen.
@@ -257,7 +292,7 @@ Range reach_of(const PulseStretch& stretch, const PowerTrace& trace, const Pulse
 }
 
 /// Evens out; gives the doubt about the duty, and nothing where the light cannot be told.
-std::optional<double> put_mean_light(Turns& turns, double duty) {
+std::optional<double> put_mean_light(Turns& turns, double duty, double most_rest_w) {
   constexpr double kFewest = 0.95, kMany = 3.0;  // samples of a turn
   constexpr double kFewestOfPeriod = 3.0;
   constexpr double kOfEdges = 1.2;  // between the levels, of means
@@ -270,12 +305,13 @@ std::optional<double> put_mean_light(Turns& turns, double duty) {
     constexpr double kAfter = 0.25, kBeforeSamples = 0.5;
     if (between > kMeans + kSlow * period / kOfEdges) return std::nullopt;
     const double after = std::max(kBeforeSamples / period, kAfter * std::min(duty, 1.0 - duty));
-    if (!turns.put_levels(after, kBeforeSamples / period, false)) return std::nullopt;
+    if (!turns.put_levels(after, kBeforeSamples / period, false, most_rest_w)) return std::nullopt;
     return between > kInstants ? 0.0 : turns.duty_std();
   }
   constexpr double kMargin = 0.15;  // samples
   if (between < kInstants) {
-    if (!turns.put_levels(kMargin / period, kMargin / period, true)) return std::nullopt;
+    if (!turns.put_levels(kMargin / period, kMargin / period, true, most_rest_w))
+      return std::nullopt;
     return turns.duty_std();
   }
   const bool means = between > kFewMeans && between < kMeans;
@@ -285,8 +321,12 @@ std::optional<double> put_mean_light(Turns& turns, double duty) {
 /// What pulses on end: windows [begin, stop) of a trace.
 class PulsingRun {
  public:
-  PulsingRun(PowerTrace& trace, const PulseWindows& windows, Range run)
-      : trace_(trace), windows_(windows), run_(run), done_(run.second - run.first, 0) {}
+  PulsingRun(PowerTrace& trace, const PulseWindows& windows, Range run, double most_rest_w)
+      : trace_(trace),
+        windows_(windows),
+        run_(run),
+        most_rest_w_(most_rest_w),
+        done_(run.second - run.first, 0) {}
 
   /// All of it, or nothing: a part that stays beside such that are evened out would no longer be
   /// told to pulse.
@@ -372,7 +412,7 @@ class PulsingRun {
                      std::min(part.second, window_at(stretch->to_s) + 1)};
     const Range reach = reach_of(*stretch, trace_, windows_, seen);
     Turns turns(trace_, windows_, *stretch, reach);
-    if (const auto duty_std = put_mean_light(turns, stretch->rhythm.duty)) {
+    if (const auto duty_std = put_mean_light(turns, stretch->rhythm.duty, most_rest_w_)) {
       trace_.pulsing.push_back({trace_.time_s[reach.first], trace_.time_s[reach.second - 1],
                                 1.0 / stretch->rhythm.period_s, stretch->rhythm.duty, *duty_std});
       for (std::size_t k = seen.first; k < seen.second; ++k) done_[k - run_.first] = 1;
@@ -383,26 +423,73 @@ class PulsingRun {
   PowerTrace& trace_;
   const PulseWindows& windows_;
   Range run_;
+  double most_rest_w_;
   std::vector<char> done_;  // whether windows are evened out
 };
 
-}  // namespace
+double usual_jump_w(std::span<const PulseWindow> windows) {
+  std::vector<double> jumps_w;
+  for (const PulseWindow& window : windows)
+    if (window.clear) jumps_w.push_back(window.jump_w());
+  return median_of(jumps_w);
+}
 
-void even_out_pulses(PowerTrace& trace) {
+/// Windows in which lamps pulse on end.
+std::vector<Range> runs_of(const std::vector<PulseWindow>& each) {
   constexpr std::size_t kMostBetween = 10;
-  if (trace.power_w.empty() || !(trace.sample_period_s > 0.0)) return;
-  const PulseWindows windows = pulse_windows(trace);
-  const std::vector<PulseWindow>& each = windows.each;
-  std::optional<bool> dark;
+  std::vector<Range> runs;
   for (std::size_t begin = 0, stop = 1; begin < each.size(); begin = stop) {
     stop = begin + 1;
     if (!each[begin].clear) continue;
     for (std::size_t i = stop; i < each.size() && i - stop < kMostBetween; ++i)
       if (each[i].clear) stop = i + 1;
-    if (stop - begin < kFewestWindows) continue;
-    if (!dark) dark = windows.dark_between(trace);
-    if (!*dark) return;
-    PulsingRun(trace, windows, {begin, stop}).even_out();
+    if (stop - begin >= kFewestWindows) runs.emplace_back(begin, stop);
+  }
+  return runs;
+}
+
+/// The trace without the flicker of other light, as that shows once the jumps of pulses alone are
+/// taken out: levels told from samples with the flicker would hold its beat with the pulses.
+/// Nothing where it cannot be told.
+std::optional<PowerTrace> without_flicker(const PowerTrace& trace, const PulseWindows& windows,
+                                          double waves_w, double mains_hz) {
+  constexpr double kMostWaves = 0.25;  // of the jumps
+  PowerTrace rest = trace;
+  for (const Range& run : runs_of(windows.each)) {
+    const auto of_run = std::span(windows.each).subspan(run.first, run.second - run.first);
+    if (waves_w < kMostWaves * usual_jump_w(of_run))
+      PulsingRun(rest, windows, run, waves_w).even_out();
+  }
+  if (rest.pulsing.empty()) return std::nullopt;
+  PowerTrace found = trace;
+  const std::vector<float> before_w = rest.power_w;
+  remove_flicker(rest, mains_hz);
+  if (rest.mains_hz == 0.0) return std::nullopt;
+  found.mains_hz = rest.mains_hz;
+  found.flicker_w = rest.flicker_w;
+  remove_flicker(rest, mains_hz);  // what is left where pulses begin and end
+  for (std::size_t i = 0; i < before_w.size(); ++i)
+    found.power_w[i] -= before_w[i] - rest.power_w[i];
+  return found;
+}
+
+}  // namespace
+
+void even_out_pulses(PowerTrace& trace, double mains_hz) {
+  if (trace.power_w.empty() || !(trace.sample_period_s > 0.0)) return;
+  PulseWindows windows = pulse_windows(trace);
+  if (runs_of(windows.each).empty()) return;
+  if (const double waves_w = windows.waves_w(trace); waves_w > 0.0) {
+    auto steady = without_flicker(trace, windows, waves_w, mains_hz);
+    if (!steady) return;
+    windows = pulse_windows(*steady);
+    if (windows.waves_w(*steady) > 0.0) return;
+    for (const Range& run : runs_of(windows.each))
+      PulsingRun(*steady, windows, run, 0.0).even_out();
+    if (steady->pulsing.empty()) return;
+    trace = std::move(*steady);
+  } else {
+    for (const Range& run : runs_of(windows.each)) PulsingRun(trace, windows, run, 0.0).even_out();
   }
   std::ranges::sort(trace.pulsing, {}, &PulsingLight::from_s);
 }

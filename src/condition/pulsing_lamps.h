@@ -14,8 +14,10 @@ namespace vildar {
 ///
 /// Needs `noise_sigma_w` and `sample_period_s`. What pulses on end is evened out whole or stays as
 /// it is: that with gaps, of lamps on or off for less than a sample, without two steady levels at
-/// one frequency (slow edges, two lamps, clipped pulses), and all of a trace with mains flicker.
-/// Notes what it evened out in `trace.pulsing`. Source: docs/light.md.
-void even_out_pulses(PowerTrace& trace);
+/// one frequency (slow edges, two lamps, clipped pulses), and what jumps by less than four times as
+/// far as the light flickers between, as with the mains.
+/// Notes what it evened out in `trace.pulsing`; mains flicker of other light, of `mains_hz`
+/// nominally, goes before that, as remove_flicker() does it. Source: docs/light.md.
+void even_out_pulses(PowerTrace& trace, double mains_hz = 50.0);
 
 }  // namespace vildar

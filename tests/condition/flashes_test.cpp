@@ -54,6 +54,25 @@ TEST(DropFlashes, ThoseOfACameraAndOfLightningGo) {
       }
 }
 
+// Lamps that pulse, with the vehicle gone within half a second, or out of a beam's cut-off.
+TEST(DropFlashes, LampsThatPulseStay) {
+  for (const double rate_hz : {1000.0, 10000.0})
+    for (const double pulses_hz : {130.0, 200.0, 217.0, 250.0})
+      for (const double fades_s : {0.02, 0.1, 0.3}) {
+        PowerTrace trace = trace_at(rate_hz);
+        for (std::size_t i = 0; i < trace.time_s.size(); ++i) {
+          const double time_s = trace.time_s[i], periods = pulses_hz * time_s + 0.3;
+          const double shines = time_s < 5.0 ? 1.0 / (0.02 + std::pow(5.0 - time_s, 2))
+                                             : 50.0 * std::exp((5.0 - time_s) / fades_s);
+          trace.power_w[i] =
+              static_cast<float>(2e-8 + kFlashSigma_w * (static_cast<double>(i % 7) - 3.0) +
+                                 (periods - std::floor(periods) < 0.45 ? 2e-8 * shines : 0.0));
+        }
+        set_noise(trace);
+        EXPECT_EQ(drop_flashes(trace), 0) << rate_hz << ", " << pulses_hz << ", " << fades_s;
+      }
+}
+
 TEST(DropFlashes, StrokesOfOneLightningGoTogether) {
   PowerTrace trace = trace_at(1000.0);
   for (const double at_s : {3.0, 3.06, 3.15})

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "condition/flicker.h"
 #include "condition/noise.h"
 #include "core/random.h"
 
@@ -165,6 +166,28 @@ TEST(EvenOutPulses, SteadyLampsAndMainsFlickerStay) {
       EXPECT_EQ(trace.power_w, before.power_w) << flicker_w << ' ' << rate_hz;
       EXPECT_TRUE(trace.pulsing.empty());
     }
+}
+
+// By up to 1 % of the level that they light, 4 % of the vehicle's light from 60 m.
+TEST(EvenOutPulses, LampsBesideStreetLampsThatFlicker) {
+  for (const double frequency_hz : {130.0, 200.0, 217.0, 410.0})
+    for (const double duty : {0.3, 0.45, 0.7})
+      for (const double flicker_w : {1e-10, 2e-10}) {
+        const Lamps lamps{frequency_hz, duty, 0.2};
+        PowerTrace trace = trace_of({lamps}, 10000.0, false);
+        for (std::size_t i = 0; i < trace.time_s.size(); ++i)
+          trace.power_w[i] += static_cast<float>(
+              flicker_w * std::cos(2.0 * std::numbers::pi * 100.06 * trace.time_s[i]));
+        set_noise(trace);
+        even_out_pulses(trace);
+        ASSERT_EQ(trace.pulsing.size(), 1U) << frequency_hz << ' ' << duty << ' ' << flicker_w;
+        EXPECT_NEAR(trace.pulsing.front().frequency_hz, frequency_hz, 0.05);
+        EXPECT_NEAR(trace.pulsing.front().duty, duty, 0.01);
+        remove_flicker(trace, 50.0);
+        const Ratios ratios = ratios_of(trace, {lamps}, kUntil_s);
+        EXPECT_LT(ratios.most, 1.03) << frequency_hz << ' ' << duty << ' ' << flicker_w;
+        EXPECT_GT(ratios.least, 0.97) << frequency_hz << ' ' << duty << ' ' << flicker_w;
+      }
 }
 
 TEST(EvenOutPulses, WhatIsOnForLessThanASampleStays) {
