@@ -57,9 +57,10 @@ std::vector<VehicleResult> measure_passes(const Site& site, std::span<const Powe
 namespace {
 
 // Lamps shine on a photodiode before the camera makes them out, and until they have driven past
-// it, out of the camera's view; a clip that ends at `end_s` leaves them on their way to it.
-bool lights(const VehicleResult& vehicle, double peak_s, const PhotodiodeSite& photodiode,
-            double end_s) {
+// it, out of the camera's view; a clip that ends at `end_s` leaves them on their way to it, as does
+// a record that is cut off before they are past: `peak_s` is its end then.
+bool lights(const VehicleResult& vehicle, double peak_s, bool cut_off,
+            const PhotodiodeSite& photodiode, double end_s) {
   constexpr double kBefore_s = 1.0, kAfter_s = 5.0, kWayShare = 0.25;
   const bool in_view =
       peak_s > vehicle.t_first_s - kBefore_s && peak_s < vehicle.t_last_s + kAfter_s;
@@ -71,8 +72,9 @@ bool lights(const VehicleResult& vehicle, double peak_s, const PhotodiodeSite& p
   if (vehicle.direction != Direction::oncoming || !vehicle.range_ref_m) return within_clip;
   const double way_s =
       (*vehicle.range_ref_m - photodiode.position_m[0].mean) / vehicle.speed.speed_mps;
-  return within_clip ||
-         std::abs(peak_s - vehicle.speed.time_s - way_s) < kBefore_s + kWayShare * std::abs(way_s);
+  const double late_s = peak_s - vehicle.speed.time_s - way_s;
+  const double doubt_s = kBefore_s + kWayShare * std::abs(way_s);
+  return within_clip || (late_s < doubt_s && (cut_off || late_s > -doubt_s));
 }
 
 }  // namespace
@@ -86,7 +88,7 @@ void add_unseen_passes(const Site& site, std::span<const PowerTrace> traces, con
     const PhotodiodeSite& photodiode = site.photodiodes[static_cast<std::size_t>(pass.photodiode)];
     const double peak_s = pass.peak_s + photodiode.time_offset_s.mean;
     if (std::ranges::any_of(vehicles, [&](const VehicleResult& vehicle) {
-          return lights(vehicle, peak_s, photodiode, clip.end_s);
+          return lights(vehicle, peak_s, pass.cut_off, photodiode, clip.end_s);
         }))
       continue;
     if (peak_s < 0.0 || peak_s > clip.end_s) {

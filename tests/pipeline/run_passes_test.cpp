@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <initializer_list>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "core/random.h"
@@ -85,6 +87,27 @@ TEST(UnseenPasses, OneWhoDroveByClaimsNoPassOfLaterOnes) {
     // Of one without a speed it is not known when it drove by.
     EXPECT_EQ(summary.counts["passes_outside_clip"], withheld ? 0 : 1);
     EXPECT_EQ(vehicles.size(), 1U);
+  }
+}
+
+// The clip's last picture is older than the trace's last sample, and the vehicle on its way yet.
+TEST(UnseenPasses, ATraceThatEndsWithItsClipHasNoPassOutsideIt) {
+  const Site site = site_of_one_photodiode();
+  std::vector<PowerTrace> traces{trace_of({9.0, 30.0})};
+  const auto cut_at = [&](double end_s) {
+    PowerTrace cut = traces[0];
+    const auto count = static_cast<std::size_t>(std::lround(end_s / cut.sample_period_s));
+    cut.time_s.resize(count);
+    cut.power_w.resize(count);
+    return std::vector{cut};
+  };
+  for (const auto& [end_s, comes_s, outside] :
+       {std::tuple(5.02, 9.0, 0), {6.5, 9.0, 0}, {8.9, 9.0, 0}, {8.9, 6.0, 1}}) {
+    std::vector<VehicleResult> vehicles{seen_last()};
+    vehicles[0].range_ref_m = kSpeed_mps * (comes_s - 5.0);
+    RunSummary summary;
+    add_unseen_passes(site, cut_at(end_s), {5.0, false}, vehicles, summary);
+    EXPECT_EQ(summary.counts["passes_outside_clip"], outside) << end_s << ", " << comes_s;
   }
 }
 
