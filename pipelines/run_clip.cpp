@@ -203,6 +203,7 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
     timer.charge("detect");
     std::vector<VehicleTrack> ended = tracker.update(found);
     measurement.blobs += static_cast<std::int64_t>(found.blobs.size());
+    measurement.black_pictures.add(*frame, !found.blobs.empty());
     timer.charge("track");
     if (!ended.empty()) {
       measuring.take(std::move(ended), tracker);

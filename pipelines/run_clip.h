@@ -8,6 +8,7 @@
 
 #include "capture/clip_source.h"
 #include "estimate/frame_steps.h"
+#include "pipelines/black_pictures.h"
 #include "pipelines/run_pipeline.h"
 #include "pipelines/vehicle_power.h"
 #include "sink/csv_tables.h"
@@ -31,6 +32,7 @@ struct ClipMeasurement {
   ClipCounts counts;
   TrackCounts track_counts;
   FrameSteps::Tally frame_steps;
+  BlackPictures black_pictures;
   std::int64_t blobs = 0;
   double last_frame_s = 0.0;
   std::vector<VehicleResult> vehicles;  ///< by track id

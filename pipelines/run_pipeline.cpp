@@ -140,6 +140,20 @@ void doubt_moving_lights(const RunOptions& options, const Site& site,
       "tripod; else check pitch_deg (negative: down), yaw_deg and position_m, and the road");
 }
 
+void note_black_pictures(const RunOptions& options, const ClipMeasurement& measurement,
+                         RunSummary& summary) {
+  const auto& black = measurement.black_pictures.longest();
+  summary.counts["frames_black"] = black ? black->frames : 0;
+  if (!black) return;
+  summary.damaged = true;
+  const bool to_end = black->to_s >= measurement.last_frame_s;
+  summary.warnings.push_back(
+      options.clip->string() + ": the picture is black from " + fixed_text(black->from_s, 2) +
+      (to_end ? " s on, to the clip's end" : " to " + fixed_text(black->to_s, 2) + " s") +
+      ", lights and noise and all, as of a camera or a cable that fails: nothing is measured "
+      "there");
+}
+
 void describe_clip(const RunOptions& options, const Site& site, const ClipMeasurement& measurement,
                    RunSummary& summary) {
   const ClipInfo& info = measurement.info;
@@ -178,6 +192,7 @@ void describe_clip(const RunOptions& options, const Site& site, const ClipMeasur
         "camera all along the clip; cut the clip to the bend and write straight_m: 0");
   if (site.ego) doubt_own_speed(options, *site.ego, summary);
   doubt_moving_lights(options, site, measurement, summary);
+  note_black_pictures(options, measurement, summary);
   append(summary.warnings, turns_off_the_road(site, measurement.last_frame_s));
   summary.damaged |= counts.damaged();
 }

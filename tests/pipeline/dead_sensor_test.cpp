@@ -90,6 +90,34 @@ TEST_F(DeadSensor, ABlackCameraBesideAPhotodiodeLeavesTheLight) {
   EXPECT_EQ(speeds().find("camera"), std::string::npos) << speeds();
 }
 
+// Noise, a street lamp and a moving one; then black, for good or for a while, or the road alone.
+TEST_F(DeadSensor, ACameraThatGoesBlackInTheMidstIsTold) {
+  const std::string site_file = (sample("straight") / "site.yaml").string();
+  enum class Then { black, black_for_a_while, black_at_once, empty_road };
+  for (const Then then :
+       {Then::black, Then::black_for_a_while, Then::black_at_once, Then::empty_road}) {
+    test::ClipSpec spec{.path = path("fails.mkv"), .width_px = 960, .height_px = 540, .frames = 60};
+    test::write_clip(spec, test::luma_painter([then](int frame, int u, int v) {
+                       const int until = then == Then::black_for_a_while ? 45 : 60;
+                       const int last = then == Then::black_at_once ? 3 : until;
+                       const bool off = frame >= 20 && frame < std::min(until, 20 + last);
+                       if (off && then != Then::empty_road) return 16;
+                       if (!off && std::hypot(u - 300 - frame, v - 300) < 6.0) return 200;
+                       return 17 + (u * 7 + v * 13 + frame * 5) % 3;
+                     }));
+    const bool told = then == Then::black || then == Then::black_for_a_while;
+    const Ran ran = run({spec.path.string(), "--site", site_file});
+    EXPECT_EQ(ran.code, told ? 4 : 0) << static_cast<int>(then);
+    EXPECT_EQ(ran.err.find("the picture is black from 0.8") != std::string::npos, told) << ran.err;
+    EXPECT_EQ(ran.err.find("to the clip's end") != std::string::npos, then == Then::black);
+    EXPECT_NE(run_json().find(
+                  told ? (then == Then::black ? "\"frames_black\": 40" : "\"frames_black\": 25")
+                       : "\"frames_black\": 0"),
+              std::string::npos)
+        << static_cast<int>(then);
+  }
+}
+
 class LateVehicle : public DeadSensor {
  protected:
   /// The sample's own vehicles are gone from the camera by 6 s; another one passes at 40 s.
@@ -150,7 +178,8 @@ TEST_F(LateVehicle, AfterAClipThatWasCutShortIsMeasuredByItsLight) {
                             .muxer_options = {{"movflags", "+faststart"}}};
   test::write_clip(spec, lamp());
   std::filesystem::resize_file(spec.path, std::filesystem::file_size(spec.path) * 4 / 5);
-  expect_told(run_beside(spec.path.string()), 4, {"ends early", "are measured by their light alone"});
+  expect_told(run_beside(spec.path.string()), 4,
+              {"ends early", "are measured by their light alone"});
   EXPECT_NE(speeds().find(",oncoming,,measured,36."), std::string::npos) << speeds();
 }
 
