@@ -53,6 +53,26 @@ std::vector<double> variances_w2(const PowerTrace& trace, const std::vector<Powe
   return found;
 }
 
+// The same where pulses were evened out: samples lie on lines between levels there, and only what
+// blocks do shows their noise. From third differences, which neither rise nor bend enters.
+std::vector<double> variances_between_w2(const std::vector<PowerBlock>& blocks) {
+  constexpr double kOfDifference = 20.0;  // 1 + 9 + 9 + 1
+  std::vector<double> found(blocks.size(), 0.0);
+  for (std::size_t i = 0; i + 3 < blocks.size(); ++i) {
+    const double difference_w = blocks[i + 3].power_w - blocks[i].power_w -
+                                3.0 * (blocks[i + 2].power_w - blocks[i + 1].power_w);
+    found[i + 1] = difference_w * difference_w / kOfDifference * blocks[i + 1].samples;
+  }
+  return found;
+}
+
+bool evened_out(const PowerTrace& trace, const std::vector<PowerBlock>& blocks, double offset_s) {
+  return std::ranges::any_of(trace.pulsing, [&](const PulsingLight& light) {
+    return light.from_s + offset_s < blocks.back().time_s &&
+           light.to_s + offset_s > blocks.front().time_s;
+  });
+}
+
 // How variance grows with the light, by the median over the brighter half of the blocks.
 double median_share_w(const std::vector<double>& light_w, const std::vector<double>& variance_w2,
                       double floor_w2) {
@@ -73,12 +93,15 @@ double median_share_w(const std::vector<double>& light_w, const std::vector<doub
 // Noise of a sample as a line in the power, sigma^2 = floor + share * light, by weighted least
 // squares. Blocks in which the light ends or begins at an edge tell nothing of noise.
 void set_sigmas(const PowerTrace& trace, double offset_s, std::vector<PowerBlock>& blocks) {
-  const std::vector<double> variance_w2 = variances_w2(trace, blocks, offset_s);
+  const bool evened = evened_out(trace, blocks, offset_s);
+  const std::vector<double> variance_w2 =
+      evened ? variances_between_w2(blocks) : variances_w2(trace, blocks, offset_s);
   constexpr double kEdge = 8.0;  // of the variance: next to none of a block's samples scatter so
   std::vector<double> light_w;
   for (const PowerBlock& block : blocks)
     light_w.push_back(std::max(0.0, block.power_w - trace.ambient_w));
-  double floor_w2 = trace.noise_sigma_w * trace.noise_sigma_w;
+  const double noise_w2 = trace.noise_sigma_w * trace.noise_sigma_w;
+  double floor_w2 = noise_w2;
   double share_w = median_share_w(light_w, variance_w2, floor_w2);
   for (int round = 0; round < 3; ++round) {
     double w = 0.0, wx = 0.0, wy = 0.0, wxx = 0.0, wxy = 0.0;
@@ -95,7 +118,8 @@ void set_sigmas(const PowerTrace& trace, double offset_s, std::vector<PowerBlock
     const double determinant = w * wxx - wx * wx;
     if (!(determinant > 0.0)) break;
     share_w = std::max(0.0, (w * wxy - wx * wy) / determinant);
-    floor_w2 = std::max(0.25 * floor_w2, (wy - share_w * wx) / w);
+    // Blocks no longer than a pulse's period share levels with the next.
+    floor_w2 = std::max(evened ? noise_w2 : 0.25 * floor_w2, (wy - share_w * wx) / w);
   }
   for (std::size_t i = 0; i < blocks.size(); ++i)
     blocks[i].sigma_w = std::hypot(std::sqrt((floor_w2 + share_w * light_w[i]) / blocks[i].samples),

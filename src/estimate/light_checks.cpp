@@ -98,7 +98,7 @@ void widen(DelayFit& fit, double std_mps) {
 
 double pulsing_std_mps(const PowerTraceFacts& trace, double from_s, double to_s, double baseline_m,
                        double speed_mps) {
-  constexpr double kOfSample = 0.4, kOfPeriod = 0.005;
+  constexpr double kOfSample = 0.4, kOfPeriod = 0.03;
   double most_s = 0.0;
   for (const PulsingLight& light : trace.pulsing)
     if (light.from_s < to_s && light.to_s > from_s)

@@ -53,6 +53,36 @@ TEST(DelayLight, AnEdgeIsNoNoise) {
     EXPECT_NEAR(block.sigma_w * std::sqrt(kBlock_samples) / kNoise_w, 1.0, kScatter);
 }
 
+// Of pulses that are evened out samples lie on lines between the means of each period, whose noise
+// is that of as many samples: hardly any from one sample to the next.
+TEST(DelayLight, LinesBetweenTheLevelsOfPulsesHaveTheNoiseOfTheirMeans) {
+  constexpr double kNoise_w = 1e-3, kBlock_samples = 10.0;
+  // In a block of ten lines weigh three means of five samples by about 0.2, 0.6 and 0.2.
+  constexpr double kOfWhite = 0.9, kScatter = 0.2;
+  constexpr std::size_t kPeriod = 5;
+  const Site site = simulated::two_photodiodes(2.0);
+  Random random(8);
+  Pair pair = vanishing(20.0, 60.0, 2.0, 0.0, random);
+  for (PowerTrace* trace : {&pair.near, &pair.far}) {
+    trace->noise_sigma_w = kNoise_w;
+    trace->ambient_sigma_w = 0.1 * kNoise_w;
+    trace->pulsing = {{0.0, 3.0, 200.0, 0.6, 0.0}};
+    double before_w = 0.0, after_w = 0.0;
+    for (std::size_t i = 0; i < trace->power_w.size(); ++i) {
+      if (i % kPeriod == 0) {
+        before_w = after_w;
+        after_w = kNoise_w / std::sqrt(kPeriod) * random.normal();
+      }
+      const double part = static_cast<double>(i % kPeriod) / static_cast<double>(kPeriod);
+      trace->power_w[i] += static_cast<float>(std::lerp(before_w, after_w, part));
+    }
+  }
+  const auto problem = delay_problem(site, pair.near, pair.far, 0.0, 3.0, false);
+  ASSERT_TRUE(std::holds_alternative<DelayProblem>(problem));
+  for (const PowerBlock& block : std::get<DelayProblem>(problem).near.blocks)
+    EXPECT_NEAR(block.sigma_w * std::sqrt(kBlock_samples) / kNoise_w, kOfWhite, kScatter);
+}
+
 // One goes blind 16 m before the vehicle is past: the other's peak beside its faint beginning is no
 // pair.
 TEST(DelayLight, APhotodiodeThatGoesBlindTellsNoDelay) {
