@@ -1,10 +1,12 @@
 #include "pipelines/calibration_inputs.h"
 
+#include <fstream>
 #include <memory>
 #include <set>
 #include <utility>
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include "config/site_file.h"
 #include "core/error.h"
@@ -14,6 +16,22 @@
 namespace vildar {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+// What its run.json says that a run was given; what cannot be read is told by who needs it.
+std::vector<fs::path> inputs_of_run(const fs::path& run) {
+  std::ifstream stream(run / "run.json");
+  const nlohmann::json json = nlohmann::json::parse(stream, nullptr, false);
+  std::vector<fs::path> inputs;
+  if (!json.is_object() || !json.contains("inputs") || !json["inputs"].is_array()) return inputs;
+  for (const nlohmann::json& input : json["inputs"])
+    if (input.is_object() && input.contains("path") && input["path"].is_string())
+      inputs.emplace_back(input["path"].get<std::string>());
+  return inputs;
+}
+
+}  // namespace
 
 void add_runs_arguments(CLI::App& command, std::function<void(const RunsArguments&)> calibrate,
                         int& exit_code) {
@@ -26,6 +44,8 @@ void add_runs_arguments(CLI::App& command, std::function<void(const RunsArgument
   command.callback([arguments, calibrate = std::move(calibrate), &exit_code] {
     refuse_to_replace(arguments->out, ".yaml", {arguments->site});
     refuse_to_replace(arguments->out, ".yaml", arguments->runs);
+    for (const fs::path& run : arguments->runs)
+      refuse_to_replace(arguments->out, ".yaml", inputs_of_run(run));
     calibrate(*arguments);
     exit_code = 0;
   });

@@ -10,6 +10,7 @@
 #include "pipelines/commands.h"
 #include "pipelines/interrupt.h"
 #include "pipelines/progress.h"
+#include "pipelines/safe_output.h"
 #include "synth/frame_times.h"
 #include "synth/random_scene.h"
 #include "synth/render.h"
@@ -53,6 +54,9 @@ void run_random(const RenderArguments& arguments) {
 
 void run_render(const RenderArguments& arguments) {
   const Scenario scenario = load_scenario(arguments.scenario);
+  std::vector<std::filesystem::path> read = scenario.site_files;
+  read.push_back(scenario.file);
+  refuse_to_replace(std::filesystem::path(arguments.out) / "site.yaml", ".yaml", read);
   const InterruptScope interruptible;
   Progress progress(
       "rendering",

@@ -17,10 +17,12 @@ constexpr std::array<Choice<TrafficSide>, 2> kSideWords{
 constexpr NumberRule kDuration_s{0.0, 3600.0, true, false};
 constexpr NumberRule kFrameRate_hz{0.0, 1000.0, true, false};
 
-std::optional<Site> read_site_of(const YamlMap& root, const YamlItem& item) {
+std::optional<Site> read_site_of(const YamlMap& root, const YamlItem& item,
+                                 std::vector<std::filesystem::path>& files) {
   if (item.is_map()) return read_site(*item.map());
   std::filesystem::path file;
   if (!item.get(file)) return std::nullopt;
+  files.push_back(file);
   try {
     return load_site(file);
   } catch (const ConfigError& error) {
@@ -118,10 +120,12 @@ Scenario load_scenario(const std::filesystem::path& file) {
   }
   std::optional<Site> site;
   const std::size_t problems_before = reader.problem_count();
-  if (const auto item = root.find_required("site")) site = read_site_of(root, *item);
+  if (const auto item = root.find_required("site"))
+    site = read_site_of(root, *item, scenario.site_files);
   // What could not be read is not missing as well.
   const bool site_is_sound = reader.problem_count() == problems_before;
-  if (const auto item = root.find("told_site")) scenario.told_site = read_site_of(root, *item);
+  if (const auto item = root.find("told_site"))
+    scenario.told_site = read_site_of(root, *item, scenario.site_files);
 
   std::set<std::string> ids;
   if (!site) root.find("vehicles");  // what they may say depends on the site

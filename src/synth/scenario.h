@@ -152,6 +152,7 @@ struct PhotodiodeScene {
 /// Everything that a rendered clip shows. The site's means are the truth.
 struct Scenario {
   std::filesystem::path file;
+  std::vector<std::filesystem::path> site_files;  ///< that it names
   double duration_s = 0.0;
   double frame_rate_hz = 25.0;
   std::uint64_t seed = 1;

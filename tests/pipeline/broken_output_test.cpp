@@ -152,5 +152,43 @@ TEST_F(BrokenOutput, AKilledRunLeavesNothingHalfWrittenUnderAFinalName) {
   }
 }
 
+TEST_F(BrokenOutput, ASceneIsNotRenderedOverTheSiteFileItNames) {
+  const std::filesystem::path given = sample("straight") / "scenario.yaml";
+  for (const char* name : {"scenario.yaml", "site.yaml"}) {
+    const std::filesystem::path folder = path("scene_" + std::string(name));
+    std::filesystem::create_directories(folder);
+    const std::string text = test::bytes_of(given);
+    test::write_bytes(folder / name, text);
+    const bool is_site = std::string(name) == "site.yaml";
+    if (!is_site) {
+      test::write_bytes(folder / "site.yaml", test::bytes_of(sample("straight") / "site.yaml"));
+      test::write_bytes(folder / name, "site: site.yaml\nduration_s: 0.2\nvehicles: []\n");
+    }
+    const std::string site = test::bytes_of(folder / "site.yaml");
+    expect_told(
+        Program(VILDAR_PROGRAM, {"render", (folder / name).string(), "--out", folder.string()},
+                folder_.path())
+            .wait(),
+        2, {"site.yaml", "is read", "choose another --out"});
+    EXPECT_EQ(test::bytes_of(folder / "site.yaml"), site);
+  }
+}
+
+TEST_F(BrokenOutput, ACalibrationReplacesNothingThatItsRunsWereGiven) {
+  const std::string trace = write("night.csv", "t_s,power_w\n0,1\n");
+  std::filesystem::create_directories(path("night"));
+  test::write_bytes(path("night") / "run.json",
+                    R"({"inputs": [{"role": "photodiode", "path": ")" + trace + R"("}]})");
+  for (const char* what : {"photodiode", "mount"}) {
+    expect_told(Program(VILDAR_PROGRAM,
+                        {"calibrate", what, path("night").string(), "--site",
+                         (sample("straight") / "site.yaml").string(), "--out", trace},
+                        folder_.path())
+                    .wait(),
+                2, {"night.csv", "is read", "choose another --out"});
+    EXPECT_EQ(test::bytes_of(trace), "t_s,power_w\n0,1\n");
+  }
+}
+
 }  // namespace
 }  // namespace vildar
