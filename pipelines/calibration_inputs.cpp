@@ -1,9 +1,12 @@
 #include "pipelines/calibration_inputs.h"
 
 #include <fstream>
+#include <map>
 #include <memory>
 #include <set>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -19,15 +22,22 @@ namespace fs = std::filesystem;
 
 namespace {
 
+struct GivenFile {
+  std::string role, path, sha256;
+};
+
 // What its run.json says that a run was given; what cannot be read is told by who needs it.
-std::vector<fs::path> inputs_of_run(const fs::path& run) {
+std::vector<GivenFile> inputs_of_run(const fs::path& run) {
   std::ifstream stream(run / "run.json");
   const nlohmann::json json = nlohmann::json::parse(stream, nullptr, false);
-  std::vector<fs::path> inputs;
+  std::vector<GivenFile> inputs;
   if (!json.is_object() || !json.contains("inputs") || !json["inputs"].is_array()) return inputs;
+  const auto text = [](const nlohmann::json& of, const char* key) {
+    return of.is_object() && of.contains(key) && of[key].is_string() ? of[key].get<std::string>()
+                                                                     : std::string();
+  };
   for (const nlohmann::json& input : json["inputs"])
-    if (input.is_object() && input.contains("path") && input["path"].is_string())
-      inputs.emplace_back(input["path"].get<std::string>());
+    inputs.push_back({text(input, "role"), text(input, "path"), text(input, "sha256")});
   return inputs;
 }
 
@@ -45,7 +55,8 @@ void add_runs_arguments(CLI::App& command, std::function<void(const RunsArgument
     refuse_to_replace(arguments->out, ".yaml", {arguments->site});
     refuse_to_replace(arguments->out, ".yaml", arguments->runs);
     for (const fs::path& run : arguments->runs)
-      refuse_to_replace(arguments->out, ".yaml", inputs_of_run(run));
+      for (const GivenFile& given : inputs_of_run(run))
+        if (!given.path.empty()) refuse_to_replace(arguments->out, ".yaml", {given.path});
     calibrate(*arguments);
     exit_code = 0;
   });
@@ -64,9 +75,20 @@ Site load_fixed_site(const fs::path& file) {
 
 void refuse_repeated(std::span<const fs::path> runs) {
   std::set<fs::path> folders;
-  for (const fs::path& run : runs)
+  std::map<std::string, fs::path> run_of_clip;
+  for (const fs::path& run : runs) {
     if (!folders.insert(fs::weakly_canonical(run)).second)
       throw ConfigError({{run.string(), 0, "", "the run is given twice", "name each run once"}});
+    for (const GivenFile& given : inputs_of_run(run)) {
+      if (given.role != "clip" || given.sha256.empty()) continue;
+      const auto [other, is_new] = run_of_clip.emplace(given.sha256, run);
+      if (!is_new)
+        throw ConfigError(
+            {{run.string(), 0, "",
+              "its clip is that of " + other->second.string() + ", whose passes would count twice",
+              "name one run of each clip"}});
+    }
+  }
 }
 
 std::string percent_text(double share) { return fixed_text(100.0 * share, 2) + " %"; }

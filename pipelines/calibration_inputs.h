@@ -28,7 +28,7 @@ void add_runs_arguments(CLI::App& command, std::function<void(const RunsArgument
 /// drives.
 Site load_fixed_site(const std::filesystem::path& file);
 
-/// Throws ConfigError where a run is given twice: its passes would count twice.
+/// Throws ConfigError where a run or its clip is given twice: its passes would count twice.
 void refuse_repeated(std::span<const std::filesystem::path> runs);
 
 /// A share as a report shows it, e.g. "2.70 %".

@@ -190,5 +190,20 @@ TEST_F(BrokenOutput, ACalibrationReplacesNothingThatItsRunsWereGiven) {
   }
 }
 
+TEST_F(BrokenOutput, TwoRunsOfOneClipAreNotCalibratedFrom) {
+  for (const char* folder : {"one", "other"}) {
+    std::filesystem::create_directories(path(folder));
+    test::write_bytes(path(folder) / "run.json",
+                      R"({"inputs": [{"role": "clip", "path": "night.mp4", "sha256": "ab"}]})");
+  }
+  expect_told(
+      Program(VILDAR_PROGRAM,
+              {"calibrate", "mount", path("one").string(), path("other").string(), "--site",
+               (sample("straight") / "site.yaml").string(), "--out", path("learned.yaml").string()},
+              folder_.path())
+          .wait(),
+      2, {"other", "its clip is that of", "count twice"});
+}
+
 }  // namespace
 }  // namespace vildar
