@@ -204,7 +204,8 @@ std::optional<Frame> ClipSource::Impl::next() {
     else if (decoded->picture->key_frame != 0)
       after_damage = false;
     frame.damaged = after_damage;
-    interlaced = interlaced || decoded->picture->interlaced_frame != 0;
+    const bool fields = decoded->picture->interlaced_frame != 0;
+    interlaced = interlaced || fields;
     if (decoded->damaged) {
       if (counts.frames_damaged++ == 0) first_damaged = frame.index;
     } else if (frame.damaged) {
@@ -217,8 +218,9 @@ std::optional<Frame> ClipSource::Impl::next() {
       if (counts.frames_of_other_size++ == 0) first_of_other_size = frame.index;
       continue;
     }
-    set_views(readable, frame);
-    if (!frame.damaged) frame.luma.row_maxima = row_maxima_of(*readable);
+    set_views(fields ? one_field_of(*readable, decoded->picture->top_field_first != 0) : readable,
+              frame);
+    if (!frame.damaged && !fields) frame.luma.row_maxima = row_maxima_of(*readable);
     return frame;
   }
   return std::nullopt;
@@ -265,7 +267,8 @@ void ClipSource::Impl::finish() {
          "; copy the clip from the recorder again");
   if (interlaced)
     warn(
-        "is interlaced: odd and even rows were taken at different times; record progressive video");
+        "is interlaced: odd and even rows were taken at different times, and those of the later "
+        "half are not read; record progressive video");
 }
 
 ClipSource::ClipSource(std::filesystem::path path, ClipOptions options) {

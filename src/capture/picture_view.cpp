@@ -1,6 +1,7 @@
 #include "capture/picture_view.h"
 
 #include <array>
+#include <cstdint>
 #include <new>
 
 extern "C" {
@@ -27,6 +28,26 @@ AVPixelFormat planar_format(const AVPixFmtDescriptor& pixel) {
   if (is_grey(pixel) && (pixel.flags & AV_PIX_FMT_FLAG_PAL) == 0)
     return deep ? AV_PIX_FMT_GRAY16LE : AV_PIX_FMT_GRAY8;
   return deep ? AV_PIX_FMT_YUV444P16LE : AV_PIX_FMT_YUV444P;
+}
+
+std::shared_ptr<AVFrame> owned(AVFrame* frame) {
+  if (frame == nullptr) throw std::bad_alloc();
+  return {frame, [](AVFrame* last) { av_frame_free(&last); }};
+}
+
+/// Gives each row of one parity the mean of its neighbours.
+template <class Sample>
+void interpolate_rows(AVFrame& picture, int first) {
+  const auto row = [&](int v) {
+    return reinterpret_cast<Sample*>(picture.data[0] + v * std::ptrdiff_t{picture.linesize[0]});
+  };
+  for (int v = first; v < picture.height; v += 2) {
+    const Sample* const above = row(v > 0 ? v - 1 : v + 1);
+    const Sample* const below = row(v + 1 < picture.height ? v + 1 : v - 1);
+    Sample* const between = row(v);
+    for (int u = 0; u < picture.width; ++u)
+      between[u] = static_cast<Sample>((above[u] + below[u] + 1) / 2);
+  }
 }
 
 }  // namespace
@@ -86,6 +107,18 @@ void set_views(SharedPicture picture, Frame& frame) {
   luma.owner = std::move(picture);
 }
 
+SharedPicture one_field_of(const AVFrame& picture, bool top) {
+  std::shared_ptr<AVFrame> field = owned(av_frame_clone(&picture));
+  if (av_frame_make_writable(field.get()) < 0) throw std::bad_alloc();
+  if (picture.height < 2) return field;
+  const int other = top ? 1 : 0;
+  if (bits_of(description_of(picture)->comp[0]) > 8)
+    interpolate_rows<std::uint16_t>(*field, other);
+  else
+    interpolate_rows<std::uint8_t>(*field, other);
+  return field;
+}
+
 LumaMaker::~LumaMaker() { sws_freeContext(scaler_); }
 
 SharedPicture LumaMaker::converted(const AVFrame& picture) {
@@ -106,8 +139,7 @@ SharedPicture LumaMaker::converted(const AVFrame& picture) {
   sws_setColorspaceDetails(scaler_, weights, full ? 1 : 0, weights, full ? 1 : 0, 0, 1 << 16,
                            1 << 16);
 
-  std::shared_ptr<AVFrame> made(av_frame_alloc(), [](AVFrame* frame) { av_frame_free(&frame); });
-  if (made == nullptr) throw std::bad_alloc();
+  const std::shared_ptr<AVFrame> made = owned(av_frame_alloc());
   made->width = picture.width;
   made->height = picture.height;
   made->format = target;

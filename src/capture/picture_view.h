@@ -25,6 +25,11 @@ void set_views(SharedPicture picture, Frame& frame);
 /// Whether plane 0 is a readable plane of luma of 8 to 16 bits.
 bool has_luma_plane(const AVFrame& picture);
 
+/// A new picture whose luma is that of one field of `picture`, which must pass has_luma_plane():
+/// rows of the other one, taken half a frame earlier or later, are the mean of their neighbours.
+/// The top field has row 0.
+SharedPicture one_field_of(const AVFrame& picture, bool top);
+
 /// Makes a luma plane where there is none: packed YUV stays in its range, RGB becomes full-range
 /// BT.709.
 class LumaMaker {

@@ -227,5 +227,33 @@ TEST(ClipSource, OptionsOutOfRangeAreNamed) {
   EXPECT_THROW(ClipSource("any.mp4", options), std::invalid_argument);
 }
 
+TEST(ClipSource, ReadsTheFirstFieldOfInterlacedPictures) {
+  const TemporaryFolder folder;
+  for (const bool top_first : {true, false}) {
+    const ClipSpec spec{.path = folder.path() / "a.mp4",
+                        .encoder = "libx264",
+                        .width_px = 64,
+                        .height_px = 64,
+                        .frames = 3,
+                        .encoder_options = {{"x264-params", "tff=1:qp=0"}}};
+    const int first = top_first ? 0 : 1;  // row of the field taken first
+    const test::Painter paint =
+        test::luma_painter([first](int, int, int v) { return v % 2 == first ? 60 + 2 * v : 210; });
+    write_clip(spec, [&](AVFrame& picture, int frame) {
+      picture.top_field_first = top_first ? 1 : 0;
+      paint(picture, frame);
+    });
+    ClipSource source(spec.path, {});
+    const std::vector<Frame> frames = all_frames(source);
+    ASSERT_EQ(frames.size(), 3U);
+    for (const Frame& frame : frames) {
+      EXPECT_EQ(frame.luma.row_maxima, nullptr) << "of both fields";
+      for (int v = 1; v < 63; ++v) EXPECT_EQ(frame.luma.code(20, v), 60 + 2 * v) << "row " << v;
+    }
+    ASSERT_FALSE(source.counts().warnings.empty());
+    EXPECT_NE(source.counts().warnings.back().find("interlaced"), std::string::npos);
+  }
+}
+
 }  // namespace
 }  // namespace vildar

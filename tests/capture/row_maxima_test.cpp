@@ -52,7 +52,7 @@ Seen look_through(const std::filesystem::path& path, const ClipOptions& options 
 TEST(RowMaxima, AreThoseOfEveryRowOfH264) {
   const TemporaryFolder folder;
   for (const char* settings :
-       {"bframes=3:ref=4:weightp=2", "bframes=0:slices=3", "tff=1:slices=2", "cabac=0:no-deblock=1",
+       {"bframes=3:ref=4:weightp=2", "bframes=0:slices=3", "cabac=0:no-deblock=1",
         "constrained-intra=1:bframes=2:b-pyramid=2"}) {
     SCOPED_TRACE(settings);
     const ClipSpec spec{.path = folder.path() / "a.mp4",
