@@ -32,10 +32,11 @@ AtomicFile annotate_clip(const RunOptions& options, const ClipMeasurement& measu
 
   std::map<int, std::deque<Eigen::Vector2d>> trails;
   auto next = measurement.sightings.begin();
+  std::vector<AnnotationBox> boxes;  // kept where a frame shows the one before again
   Progress progress("annotating", measurement.counts.frames_read, "frames");
   while (const std::optional<Frame> frame = clip.next()) {
     throw_if_interrupted();
-    std::vector<AnnotationBox> boxes;
+    if (!std::ranges::binary_search(measurement.repeated_frames, frame->index)) boxes.clear();
     for (; next != measurement.sightings.end() && next->frame <= frame->index; ++next) {
       auto& trail = trails[next->track_id];
       trail.push_back(next->middle_px.cast<double>());

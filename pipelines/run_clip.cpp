@@ -15,6 +15,7 @@
 #include "pipelines/progress.h"
 #include "pipelines/run_passes.h"
 #include "pipelines/stage_timer.h"
+#include "track/repeated_frames.h"
 #include "track/road_view.h"
 
 namespace vildar {
@@ -191,6 +192,7 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
   detect.lossy = !clip.info().lossless;
   Detector detector(detect, Response(*site.camera), site.camera->exposure_s, site.camera->psf);
   Tracker tracker(TrackOptions{}, site);
+  RepeatedFrames repeated;
   Measuring measuring(options, site, traces, tracks, measurement);
   Progress progress("measuring", clip.info().frames_declared, "frames");
   StageTimer timer(measurement.timings_s);
@@ -201,6 +203,10 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
     if (frame->damaged) continue;  // what it shows may never have been; a gap does no harm
     BlobFrame found = detector.detect(*frame);
     timer.charge("detect");
+    if (repeated.repeats(found)) {
+      measurement.repeated_frames.push_back(found.frame);
+      continue;
+    }
     std::vector<VehicleTrack> ended = tracker.update(found);
     measurement.blobs += static_cast<std::int64_t>(found.blobs.size());
     measurement.black_pictures.add(*frame, !found.blobs.empty());

@@ -33,6 +33,7 @@ struct ClipMeasurement {
   TrackCounts track_counts;
   FrameSteps::Tally frame_steps;
   BlackPictures black_pictures;
+  std::vector<std::int64_t> repeated_frames;  ///< that show the frame before again
   std::int64_t blobs = 0;
   double last_frame_s = 0.0;
   std::vector<VehicleResult> vehicles;  ///< by track id

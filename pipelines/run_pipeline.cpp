@@ -108,6 +108,20 @@ void note_missing_frames(const RunOptions& options, const FrameSteps::Tally& ste
       "the recorder's own time stamps (variable frame rate), or record with less load");
 }
 
+void note_repeated_frames(const RunOptions& options, const ClipMeasurement& measurement,
+                          RunSummary& summary) {
+  constexpr double kShareToTellOf = 0.05;
+  const std::int64_t repeated = std::ssize(measurement.repeated_frames);
+  const std::int64_t read = measurement.counts.frames_read;
+  summary.counts["frames_repeated"] = repeated;
+  if (repeated == 0 || static_cast<double>(repeated) < kShareToTellOf * static_cast<double>(read))
+    return;
+  summary.warnings.push_back(
+      options.clip->string() + ": " + std::to_string(repeated) + " of " + std::to_string(read) +
+      " frames show the one before again, as where a clip was given a higher "
+      "rate; left out; keep the recorder's own frames and time stamps");
+}
+
 void doubt_own_speed(const RunOptions& options, const EgoSite& ego, RunSummary& summary) {
   constexpr double kFastRoad_mps = 50.0;
   const auto fastest = std::ranges::max_element(ego.trace, {}, &EgoSample::speed_mps);
@@ -176,6 +190,7 @@ void describe_clip(const RunOptions& options, const Site& site, const ClipMeasur
   summary.counts["beside_the_lanes"] = measurement.track_counts.off_road;
   summary.counts["undecided"] = measurement.track_counts.undecided;
   summary.counts["moving_lights"] = measurement.track_counts.moving_lights;
+  note_repeated_frames(options, measurement, summary);
   note_missing_frames(options, measurement.frame_steps, summary);
   summary.timings_s.insert(measurement.timings_s.begin(), measurement.timings_s.end());
   append(summary.warnings, counts.warnings);

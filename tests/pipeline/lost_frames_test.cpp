@@ -60,8 +60,45 @@ TEST(LostFrames, AreNotMissedWhereNoneIsLost) {
   const RunOutcome run = run_that_lost(0.0);
   EXPECT_FALSE(warned_of_lost_frames(run));
   EXPECT_EQ(run.summary.counts.at("frames_missing_unstamped"), 0);
+  EXPECT_EQ(run.summary.counts.at("frames_repeated"), 0);
   for (const VehicleResult& vehicle : run.vehicles)
     EXPECT_NE(vehicle.withheld, Miss::frames_missing) << vehicle.track_id;
+}
+
+// The sample's scene, each picture shown twice in half the time: coding gives the second one
+// another noise.
+TEST(RepeatedFrames, AreLeftOut) {
+  const TemporaryFolder folder;
+  Scenario scenario = load_scenario(kSample / "scenario.yaml");
+  RunOptions options;
+  options.clip = folder.path() / "clip.mp4";
+  options.site = kSample / "site.yaml";
+  options.out = folder.path() / "out";
+  const double rate_hz = scenario.frame_rate_hz;
+  scenario.frame_rate_hz = 2.0 * rate_hz;
+  Renderer renderer(scenario);
+  ClipWriter writer(*options.clip, scenario);
+  const int frames = static_cast<int>(scenario.duration_s * rate_hz);
+  for (int i = 0; i < 2 * frames; ++i)
+    writer.write(renderer.image(static_cast<double>(i / 2) / rate_hz));
+  writer.commit();
+  const RunOutcome run = run_pipeline(options);
+  EXPECT_GT(run.summary.counts.at("frames_repeated"), frames * 4 / 5);
+  EXPECT_LE(run.summary.counts.at("frames_repeated"), frames);
+  ASSERT_FALSE(run.summary.warnings.empty());
+  EXPECT_TRUE(std::ranges::any_of(run.summary.warnings, [](const std::string& warning) {
+    return warning.find("show the one before again") != std::string::npos;
+  }));
+  ASSERT_EQ(run.vehicles.size(), scenario.vehicles.size());
+  for (const VehicleResult& vehicle : run.vehicles) {
+    EXPECT_FALSE(vehicle.withheld) << vehicle.track_id;
+    const auto off_sigmas = [&](const VehicleScene& truth) {
+      return std::abs(vehicle.speed.speed_mps - truth.speed_mps) / vehicle.speed.std_mps;
+    };
+    EXPECT_TRUE(std::ranges::any_of(scenario.vehicles, [&](const VehicleScene& truth) {
+      return off_sigmas(truth) < 2.0;
+    })) << vehicle.speed.speed_mps;
+  }
 }
 
 }  // namespace
