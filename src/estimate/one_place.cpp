@@ -15,8 +15,7 @@
 namespace vildar {
 namespace {
 
-// Over a longer time a vehicle may brake too much to be told.
-constexpr double kLongestGap_s = 1.0;
+constexpr double kLongestGap_s = 3.5;
 
 struct Offset {
   double along_m, beside_m, sigma_m;  ///< along the way of the two, and across it
@@ -278,7 +277,14 @@ bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other) {
 
   Offset surest{0.0, 0.0, INFINITY};
   for (int i = 0; i <= kSteps; ++i) {
-    const Offset offset = offset_at(one, other, from_s + (to_s - from_s) * i / kSteps);
+    const double time_s = from_s + (to_s - from_s) * i / kSteps;
+    Offset offset = offset_at(one, other, time_s);
+    if (in_turn) {  // it may have braked or sped up while neither was in view
+      constexpr double kAcceleration_mps2 = 1.0;
+      const double before_s = from_s - time_s, after_s = time_s - to_s;
+      offset.sigma_m = std::hypot(offset.sigma_m, 0.5 * kAcceleration_mps2 * before_s * before_s,
+                                  0.5 * kAcceleration_mps2 * after_s * after_s);
+    }
     if (std::abs(offset.along_m) > kSigmas * offset.sigma_m ||
         (four && std::abs(offset.along_m) + kSurely * offset.sigma_m > kInside_m))
       return false;

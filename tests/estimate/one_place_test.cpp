@@ -135,11 +135,21 @@ TEST(OnePlace, OneThatGoesOnWhereAnotherWasIsTheSame) {
   View early = kLong, late = kLong, much_later = kLong;
   early.to_s = 1.2;
   late.from_s = 1.6;
-  much_later.from_s = 2.3;
+  much_later.from_s = 2.5;
+  much_later.to_s = 3.3;
   const VehicleEstimate car = estimate_of(1, kCar, Frames::all, early);
   EXPECT_TRUE(one_vehicle(car, estimate_of(2, kCar, Frames::all, late)));
   EXPECT_FALSE(one_vehicle(car, estimate_of(3, moved(kCar, 8.0, 0.0), Frames::all, late)));
-  EXPECT_FALSE(one_vehicle(car, estimate_of(4, kCar, Frames::all, much_later)));
+  EXPECT_TRUE(one_vehicle(car, estimate_of(4, kCar, Frames::all, much_later)));
+  EXPECT_FALSE(one_vehicle(car, estimate_of(5, moved(kCar, 8.0, 0.0), Frames::all, much_later)));
+}
+
+TEST(OnePlace, HiddenForSecondsAVehicleMayHaveBrakedTooMuchToBeTold) {
+  constexpr View kEarly{.to_s = 1.2, .sigma_px = 0.3};
+  constexpr View kLate{.from_s = 4.4, .to_s = 5.8, .sigma_px = 0.3};
+  const Vehicle far = moved(kCar, 60.0, 0.0);
+  EXPECT_FALSE(one_vehicle(estimate_of(1, far, Frames::all, kEarly),
+                           estimate_of(2, far, Frames::all, kLate)));
 }
 
 TEST(OnePlace, WhereTheFirstWasMustBeKnownToTellThatItGoesOn) {
@@ -420,9 +430,9 @@ TEST(MeasuredVehicles, ALoneLightBelowAPairIsNoMoreAVehicleThanThePair) {
 TEST(MeasuredVehicles, AreHeldUntilNoneThatWasInViewWithThemIsMissing) {
   MeasuredVehicles measured(kOverLamps_m, kLampHeight_m);
   measured.add(estimate_of(1, kCar, Frames::all));
-  // Last seen at 2.8 s; another that is first seen a second later may be the same.
-  EXPECT_TRUE(measured.take_before(3.7).empty());
-  EXPECT_EQ(measured.take_before(3.9).size(), 1U);
+  // Last seen at 2.8 s; another that is first seen 3.5 s later may be the same.
+  EXPECT_TRUE(measured.take_before(6.2).empty());
+  EXPECT_EQ(measured.take_before(6.4).size(), 1U);
   EXPECT_TRUE(measured.take_before(kForever).empty());
 }
 
