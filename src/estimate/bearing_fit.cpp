@@ -166,8 +166,10 @@ bool BearingFit::steady() const {
   return explains() && check.misfit <= kMostMisfit;
 }
 
-Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera,
-                                 const Site& site) {
+namespace {
+
+Outcome<BearingFit> fit_way(const VehicleTrack& track, const Camera& camera, const Site& site,
+                            Along wanders) {
   const CameraView view = camera_view(track, camera, *site.camera);
   if (view.frames < kFewestFrames) return Miss::too_few_samples;
   if (view.lamps.back().time_s - view.lamps.front().time_s < kShortest_s) return Miss::too_short;
@@ -217,7 +219,7 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
   };
   const auto let_wander = [&](const Eigen::Vector2d& sigma_factor) {
     problem.sigma_factor = sigma_factor;
-    if (auto change = find_motion_change(problem, seen.fit, seen.frames))
+    if (auto change = find_motion_change(problem, seen.fit, seen.frames, wanders))
       seen.change = std::move(*change);
   };
   look();
@@ -228,7 +230,15 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
   }
   // Beside the scatter from frame to frame, what is left may be the vehicle's motion, and what that
   // leaves far off no lamp of it.
-  constexpr int kRounds = 2;
+  constexpr int kRounds = 2, kMostSettling = 24;
+  constexpr double kSettled = 1e-4;  // relative, of the range
+  // Of a lane change the first fit knows nothing.
+  for (int round = 0; wanders == Along::across && round < kMostSettling; ++round) {
+    const double before = seen.fit.parameters[kLogScale];
+    let_wander(quick);
+    fit_again();
+    if (std::abs(seen.fit.parameters[kLogScale] - before) < kSettled) break;
+  }
   for (int round = 0; round < kRounds; ++round) {
     let_wander(quick);
     leave_out_strays(problem, seen.fit.parameters, all);
@@ -243,6 +253,37 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
   if ((found.check.sigma_factor.array() > kFarOff * quick.array()).any())
     let_wander(found.check.sigma_factor);
   return found;
+}
+
+}  // namespace
+
+Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera,
+                                 const Site& site) {
+  return fit_way(track, camera, site, Along::road);
+}
+
+Outcome<BearingFit> fit_lane_change(const VehicleTrack& track, const Camera& camera,
+                                    const Site& site) {
+  constexpr double kMost_m = 5.0, kMost_mps = 3.0;
+  constexpr int kLooks = 20;
+  auto outcome = fit_way(track, camera, site, Along::across);
+  const BearingFit* found = std::get_if<BearingFit>(&outcome);
+  if (!found) return outcome;
+  const Trajectory& seen = found->trajectory;
+  const PathSetting& setting = seen.problem.setting;
+  const double scale_m = std::exp(seen.fit.parameters[kLogScale]);
+  double left_m = 0.0, right_m = 0.0;
+  for (int i = 0; i <= kLooks; ++i) {
+    const double tau_s =
+        seen.from_s + (seen.to_s - seen.from_s) * i / kLooks - seen.problem.reference_s;
+    const double aside_m = scale_m * setting.departed(tau_s, Along::across);
+    left_m = std::max(left_m, aside_m);
+    right_m = std::min(right_m, aside_m);
+    if (std::abs(scale_m * setting.departed_rate(tau_s, Along::across)) > kMost_mps)
+      return Miss::bad_fit;
+  }
+  if (left_m - right_m > kMost_m) return Miss::bad_fit;
+  return outcome;
 }
 
 }  // namespace vildar

@@ -32,6 +32,18 @@ struct LampResidual {
                   (seen.sigma.y() * problem->sigma_factor.y());
     return true;
   }
+
+  /// Slopes by the lamp's place along the road, per metre.
+  Eigen::Vector2d by_x(const double* p) const {
+    const LampObservation& seen = problem->lamps[index];
+    const Eigen::Vector3d along = camera_axes(p, problem->setting, {1.0, 0.0, 0.0});
+    const Eigen::Vector3d ray =
+        camera_axes(p, problem->setting,
+                    lamp_from_camera_m(p, problem->setting, seen.time_s - problem->reference_s,
+                                       seen.side, problem->ego[index]));
+    const Eigen::Array2d turned = (along.head<2>() - ray.head<2>() / ray.z() * along.z()) / ray.z();
+    return turned / (seen.sigma.array() * problem->sigma_factor.array());
+  }
 };
 
 /// All priors at once, in the order of MetricPriors, and those on the own motion.

@@ -49,6 +49,7 @@ std::optional<Residuals> residuals_by(const GeometryProblem& problem, const Path
   for (Index k = 0; k < n; ++k)
     path[static_cast<std::size_t>(free[static_cast<std::size_t>(k)])].v[k] = 1.0;
   const auto rate = std::ranges::find(free, int{kClosingRate}) - free.begin();
+  const auto lateral = std::ranges::find(free, int{kLateral}) - free.begin();
   double softened = 0.0;
   for (std::size_t i = 0; i < problem.lamps.size(); ++i) {
     const LampResidual lamp{&problem, i};
@@ -65,14 +66,25 @@ std::optional<Residuals> residuals_by(const GeometryProblem& problem, const Path
     found.values.segment<2>(first) = weight * value;
     if (slopes == Slopes::none) continue;
     const double tau_s = problem.lamps[i].time_s - problem.reference_s;
+    Eigen::Vector2d by_turn = Eigen::Vector2d::Zero();  // of the line through the lamps
+    if (problem.setting.crosses() && problem.lamps[i].side != 0.0)
+      by_turn = weight * problem.lamps[i].side *
+                std::exp(parameters[kLogScale] + parameters[kLogSeparation]) /
+                (parameters[kClosingRate] + tau_s * parameters[kAcceleration]) *
+                lamp.by_x(parameters.data());
     for (std::size_t axis = 0; axis < 2; ++axis) {
       auto column = found.slopes.col(first + static_cast<Index>(axis));
       column.head(n) = weight * error[axis].v.head(n);
-      // A step moves the vehicle as a closing rate would that has gone as far by then.
-      const double by_rate = weight * error[axis].v[rate];
+      // A step moves the vehicle as a closing rate would that has gone as far by then. Across the
+      // road it turns the line through its lamps, too.
+      const double by_way = tau_s != 0.0 ? weight * error[axis].v[rate] / tau_s : 0.0;
+      const double by_lateral = weight * error[axis].v[lateral];
       for (std::size_t k = 0; k < steps; ++k) {
-        const double moved = problem.setting.steps[k].way(tau_s);
-        column[n + static_cast<Index>(k)] = moved == 0.0 ? 0.0 : by_rate * moved / tau_s;
+        const AccelerationStep& step = problem.setting.steps[k];
+        column[n + static_cast<Index>(k)] =
+            step.along == Along::across ? by_lateral * step.way(tau_s) +
+                                              by_turn[static_cast<Index>(axis)] * step.rate(tau_s)
+                                        : by_way * step.way(tau_s);
       }
     }
   }

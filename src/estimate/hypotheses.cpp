@@ -82,7 +82,7 @@ std::size_t lanes_of(const RoadSite& road, Direction direction) {
 void add_lanes(const Trajectory& anywhere, const LampReading& reading, const Site& site,
                Direction direction, std::vector<Trajectory>& found) {
   const std::size_t lanes = lanes_of(site.road, direction);
-  if (lanes == 0) {
+  if (lanes == 0 || anywhere.problem.setting.crosses()) {
     found.push_back(anywhere);
     return;
   }

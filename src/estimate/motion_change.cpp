@@ -14,13 +14,15 @@ namespace {
 
 constexpr int kMostSteps = 16, kFewestSteps = 3, kFramesPerStep = 4;
 
-std::vector<AccelerationStep> even_steps(const GeometryProblem& problem, int frames) {
+std::vector<AccelerationStep> even_steps(const GeometryProblem& problem, int frames, Along along) {
   const int count = std::min(kMostSteps, frames / kFramesPerStep);
   std::vector<AccelerationStep> steps;
   if (count < kFewestSteps) return steps;
   const double from_s = problem.lamps.front().time_s - problem.reference_s;
   const double length_s = problem.lamps.back().time_s - problem.lamps.front().time_s;
-  for (int i = 1; i <= count; ++i) steps.push_back({from_s + length_s * i / (count + 1), 0.0});
+  for (int i = 1; i <= count; ++i)
+    steps.push_back({from_s + length_s * i / (count + 1), 0.0, along});
+  if (along == Along::across) steps.push_back({.along = along, .drift = true});
   return steps;
 }
 
@@ -62,11 +64,11 @@ double MotionChange::variance(const PathVector& by_path, const Eigen::VectorXd& 
   return whole.dot(covariance * whole);
 }
 
-std::optional<MotionChange> find_motion_change(GeometryProblem& given, GeometryFit& fit,
-                                               int frames) {
+std::optional<MotionChange> find_motion_change(GeometryProblem& given, GeometryFit& fit, int frames,
+                                               Along along) {
   GeometryProblem problem = given;
   std::vector<AccelerationStep>& steps = problem.setting.steps;
-  if (steps.empty()) steps = even_steps(problem, frames);
+  if (steps.empty()) steps = even_steps(problem, frames, along);
   if (steps.empty()) return std::nullopt;
   const std::vector<int> free = free_parameters(problem);
   const auto n = static_cast<Eigen::Index>(free.size());
@@ -84,7 +86,8 @@ std::optional<MotionChange> find_motion_change(GeometryProblem& given, GeometryF
   AccelerationPrior prior{Eigen::VectorXd::Zero(n + count),
                           scale_m * fit.parameters[kAcceleration] - prior_mps2.mean,
                           prior_mps2.std * prior_mps2.std};
-  for (Eigen::Index k = 0; k < n; ++k) {
+  if (along == Along::across) prior.residual_mps2 = 0.0;  // these leave it as it is
+  for (Eigen::Index k = 0; k < n && along == Along::road; ++k) {
     const int parameter = free[static_cast<std::size_t>(k)];
     if (parameter == kLogScale) prior.slopes[k] = scale_m * fit.parameters[kAcceleration];
     if (parameter == kAcceleration) prior.slopes[k] = scale_m;
@@ -92,7 +95,7 @@ std::optional<MotionChange> find_motion_change(GeometryProblem& given, GeometryF
 
   const auto mixture = mix_wanders(normal, prior, sizes, between_s, scale_m);
   if (!mixture) return std::nullopt;
-  prior_mps2.std = std::sqrt(mixture->acceleration_variance);
+  if (along == Along::road) prior_mps2.std = std::sqrt(mixture->acceleration_variance);
   MotionChange change;
   change.covariance = mixture->covariance.bottomRightCorner(count, count);
   change.response = decltype(change.response)::Zero(kPathParameters, count);

@@ -38,25 +38,32 @@ enum PathParameter : int {
 using PathVector = Eigen::Matrix<double, kPathParameters, 1>;
 using PathMatrix = Eigen::Matrix<double, kPathParameters, kPathParameters>;
 
+/// Which way an acceleration goes.
+enum class Along { road, across };
+
 /// Beyond this time, seen from the reference time, a vehicle's acceleration is another.
 struct AccelerationStep {
   double tau_s = 0.0;  ///< after the reference time; before it the step is taken backwards
-  double size = 0.0;   ///< of the rate of change of the closing speed over X, 1/s^2
+  double size = 0.0;   ///< of the acceleration toward the camera, or to the left, over X, 1/s^2
+  Along along = Along::road;
+  bool drift = false;  ///< no step, but a speed that lasts: `size` is that over X and a second
 
   /// How far beyond the step; zero on this side of it.
   double beyond_s(double at_s) const {
     const double beyond = at_s - tau_s;
     return (tau_s > 0.0) == (beyond > 0.0) ? beyond : 0.0;
   }
-  /// Way toward the camera per unit of size.
+  /// Rate of the way per unit of size.
+  double rate(double at_s) const { return drift ? 1.0 : beyond_s(at_s); }
+  /// Way per unit of size.
   double way(double at_s) const {
     const double beyond = beyond_s(at_s);
-    return 0.5 * beyond * beyond;
+    return drift ? at_s : 0.5 * beyond * beyond;
   }
 };
 
 /// What the site file knows of camera and road, and how the vehicle departs from constant
-/// acceleration.
+/// acceleration in its lane.
 struct PathSetting {
   Eigen::Vector3d camera_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d camera_from_road = Eigen::Matrix3d::Identity();  ///< mean pose
@@ -69,29 +76,35 @@ struct PathSetting {
   bool straight_unsure = false;  ///< p[kStraight] stands for straight_m
   std::vector<AccelerationStep> steps;
 
-  /// What the steps add to the closing rate, over X, by a time after the reference.
-  double departed_rate(double tau_s) const {
+  /// What the steps add to the closing rate (to the one to the left), over X, by a time after the
+  /// reference.
+  double departed_rate(double tau_s, Along along = Along::road) const {
     double rate = 0.0;
-    for (const AccelerationStep& step : steps) rate += step.size * step.beyond_s(tau_s);
+    for (const AccelerationStep& step : steps)
+      if (step.along == along) rate += step.size * step.rate(tau_s);
     return rate;
   }
   /// And to the rate of change of that.
   double departed_acceleration(double tau_s) const {
     double sum = 0.0;
-    for (const AccelerationStep& step : steps) sum += step.beyond_s(tau_s) == 0.0 ? 0.0 : step.size;
+    for (const AccelerationStep& step : steps)
+      if (step.along == Along::road) sum += step.beyond_s(tau_s) == 0.0 ? 0.0 : step.size;
     return sum;
   }
   /// And to the way driven; exact to first order for a ceres::Jet.
   template <class Time>
-  Time departed(const Time& tau_s) const {
+  Time departed(const Time& tau_s, Along along = Along::road) const {
     if constexpr (std::is_same_v<Time, double>) {
       double way = 0.0;
-      for (const AccelerationStep& step : steps) way += step.size * step.way(tau_s);
+      for (const AccelerationStep& step : steps)
+        if (step.along == along) way += step.size * step.way(tau_s);
       return way;
     } else {
-      return departed(tau_s.a) + departed_rate(tau_s.a) * (tau_s - tau_s.a);
+      return departed(tau_s.a, along) + departed_rate(tau_s.a, along) * (tau_s - tau_s.a);
     }
   }
+  /// Whether the vehicle leaves its line across the road; its steps are all of one way.
+  bool crosses() const { return !steps.empty() && steps.front().along == Along::across; }
 };
 PathSetting path_setting(const CameraSite& camera, const RoadSite& road);
 
@@ -125,11 +138,19 @@ PathPoint<T> vehicle_point(const T* p, const PathSetting& setting, const Time& t
               scale_m * (1.0 - tau_s * (p[kClosingRate] + 0.5 * tau_s * p[kAcceleration]) -
                          setting.departed(tau_s));
   if (ahead_m != T(0.0)) along_m -= lane_way_share(p, setting) * ahead_m;
-  const T lateral_m = setting.camera_m.y() + scale_m * p[kLateral];
+  const T lateral_m =
+      setting.camera_m.y() + scale_m * (p[kLateral] + setting.departed(tau_s, Along::across));
   const T radius_m = setting.bend == 0.0 ? T(0.0) : scale_m * exp(p[kLogRadius]);
   if (setting.straight_unsure)
     return path_point(along_m, lateral_m, setting.bend, bend_begins_m(p, setting), radius_m);
   return path_point(along_m, lateral_m, setting.bend, setting.straight_m, radius_m);
+}
+
+/// How far a vehicle that crosses goes to the left for each metre toward the camera.
+template <class T>
+T left_per_ahead(const T* p, const PathSetting& setting, double tau_s) {
+  return setting.departed_rate(tau_s, Along::across) /
+         (p[kClosingRate] + tau_s * p[kAcceleration] + setting.departed_rate(tau_s));
 }
 
 /// From the camera to a lamp, road axes of the camera's own vehicle, metres. `side` as in
@@ -171,6 +192,7 @@ Eigen::Matrix<T, 3, 1> lamp_from_camera_m(const T* p, const PathSetting& setting
       y_m += offset_m * cos(place.heading_rad);
     } else {
       y_m += offset_m;
+      if (setting.crosses()) x_m += offset_m * left_per_ahead(p, setting, tau_s);
     }
   }
   if (setting.ego_unsure || heading_rad != T(0.0)) {

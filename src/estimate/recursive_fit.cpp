@@ -71,6 +71,12 @@ struct RecursiveFit::Filter {
       return;
     }
     trajectories = std::get<std::vector<Trajectory>>(std::move(outcome));
+    if (std::ranges::any_of(trajectories,
+                            [](const Trajectory& one) { return one.problem.setting.crosses(); })) {
+      trajectories.clear();
+      miss = Miss::bad_fit;
+      return;
+    }
     // The filter lets the acceleration wander by itself.
     for (Trajectory& trajectory : trajectories) {
       trajectory.problem.setting.steps.clear();

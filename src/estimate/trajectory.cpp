@@ -22,7 +22,7 @@ Eigen::VectorXd by_steps(const Trajectory& trajectory, Of of) {
   const std::vector<AccelerationStep>& steps = trajectory.problem.setting.steps;
   Eigen::VectorXd values(static_cast<Eigen::Index>(steps.size()));
   for (std::size_t k = 0; k < steps.size(); ++k)
-    values[static_cast<Eigen::Index>(k)] = of(steps[k]);
+    values[static_cast<Eigen::Index>(k)] = steps[k].along == Along::road ? of(steps[k]) : 0.0;
   return values;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -22,6 +23,23 @@ struct AccelerationChange {
   double since_s(double t_s) const { return std::max(0.0, t_s - at_s); }
 };
 
+/// A way across the road, by half a period of a cosine.
+struct LaneChange {
+  double at_s = 0.0, lasts_s = 0.0, to_left_m = 0.0;
+
+  double phase(double t_s) const {
+    return lasts_s > 0.0 ? std::clamp((t_s - at_s) / lasts_s, 0.0, 1.0) : 0.0;
+  }
+  double left_m(double t_s) const {
+    return 0.5 * to_left_m * (1.0 - std::cos(std::numbers::pi * phase(t_s)));
+  }
+  double left_mps(double t_s) const {
+    return lasts_s > 0.0 ? 0.5 * to_left_m * std::numbers::pi / lasts_s *
+                               std::sin(std::numbers::pi * phase(t_s))
+                         : 0.0;
+  }
+};
+
 /// A vehicle with constant acceleration on a straight or curved road, in closed form.
 struct Vehicle {
   double speed_mps = 20.0;         ///< along the path at t = 0, positive toward the sensor
@@ -31,6 +49,7 @@ struct Vehicle {
   double height_m = 0.68;
   double separation_m = 1.25;
   std::vector<AccelerationChange> changes{};
+  LaneChange lane_change{};  ///< on a straight road
 
   double along_at_m(double t_s) const {
     double to_go_m = along_m - speed_mps * t_s - 0.5 * acceleration_mps2 * t_s * t_s;
@@ -53,7 +72,9 @@ struct Lamps {
 /// the road's; written out from the circle's centre, apart from the code under test.
 inline Lamps lamps_at(const Vehicle& vehicle, const RoadSite& road, double t_s) {
   const double s_m = vehicle.along_at_m(t_s);
-  Eigen::Vector2d middle(s_m, vehicle.lateral_m), left(0.0, 1.0);
+  Eigen::Vector2d middle(s_m, vehicle.lateral_m + vehicle.lane_change.left_m(t_s)), left(0.0, 1.0);
+  if (const double left_mps = vehicle.lane_change.left_mps(t_s); left_mps != 0.0)
+    left = Eigen::Vector2d(left_mps, vehicle.speed_at_mps(t_s)).normalized();
   if (road.kind == RoadKind::curved && s_m > road.straight_m.mean) {
     const double sign = road.turn == Turn::left ? 1.0 : -1.0;
     const Eigen::Vector2d centre(road.straight_m.mean, sign * road.radius_m->mean);

@@ -1,0 +1,123 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "estimate/bearing_fit.h"
+#include "estimate/vehicle.h"
+#include "simulated_pass.h"
+
+namespace vildar {
+namespace {
+
+using simulated::Vehicle;
+
+Site two_lanes() {
+  Site site = simulated::mast_site(6.0);
+  site.camera->pitch_rad.mean = radians_from_degrees(-8.0);
+  site.road.lanes.push_back({"far", {-7.5, 0.3}, 3.5, Direction::oncoming});
+  return site;
+}
+
+// From 80 m on until it is 12 m away; the change may have begun before, or go on after.
+TEST(LaneChange, IsMeasuredAndItsSpeedLiesInItsInterval) {
+  constexpr int kTrials = 80;
+  const Site site = two_lanes();
+  Random random(21);
+  int measured = 0, inside = 0;
+  double squares = 0.0;
+  for (int i = 0; i < kTrials; ++i) {
+    Vehicle car;
+    car.speed_mps = random.uniform(14.0, 33.0);
+    car.along_m = 80.0;
+    car.height_m = random.normal(0.65, 0.1);
+    car.separation_m = random.normal(1.2, 0.15);
+    const double seen_s = 68.0 / car.speed_mps;
+    const bool to_left = random.uniform(0.0, 1.0) < 0.5;
+    car.lateral_m = random.normal(to_left ? -7.5 : -4.0, 0.3);
+    car.lane_change = {random.uniform(-1.0, seen_s - 1.0), random.uniform(2.5, 5.0),
+                       to_left ? 3.5 : -3.5};
+    const VehicleResult result =
+        estimate_vehicle(simulated::track_of(car, site, {.to_s = seen_s}, random), site, {}).result;
+    if (result.withheld) continue;
+    ++measured;
+    const double truth_mps =
+        std::hypot(car.speed_mps, car.lane_change.left_mps(result.speed.time_s));
+    inside += truth_mps > result.speed.lo95_mps && truth_mps < result.speed.hi95_mps;
+    squares += std::pow((result.speed.speed_mps - truth_mps) / result.speed.std_mps, 2);
+  }
+  EXPECT_GE(measured, kTrials * 9 / 10);
+  EXPECT_GE(inside, 0.95 * measured - 3.0 * std::sqrt(0.95 * 0.05 * measured));
+  EXPECT_LT(std::sqrt(squares / measured), 1.3);
+}
+
+TEST(LaneChange, IsFollowedAcrossTheRoad) {
+  const Site site = two_lanes();
+  Random random(4);
+  Vehicle car;
+  car.along_m = 80.0;
+  car.lateral_m = -7.5;
+  car.height_m = 0.65;
+  car.separation_m = 1.2;
+  car.lane_change = {0.6, 2.5, 3.5};
+  const auto outcome = fit_lane_change(simulated::track_of(car, site, {.to_s = 3.4}, random),
+                                       Camera(*site.camera), site);
+  const auto* fit = std::get_if<BearingFit>(&outcome);
+  ASSERT_NE(fit, nullptr);
+  EXPECT_TRUE(fit->steady());
+  for (double t_s = 0.1; t_s < 3.4; t_s += 0.3) {
+    const MotionState state = fit->trajectory.at(t_s);
+    const double scale = state.range_m / car.along_at_m(t_s);  // all lengths have the lamps' sigmas
+    EXPECT_NEAR(scale, 1.0, 0.1) << t_s;
+    EXPECT_NEAR(state.lateral_m / scale, -7.5 + car.lane_change.left_m(t_s), 0.15) << t_s;
+  }
+}
+
+TEST(LaneChange, IsNoneWhereItGoesFurtherThanALane) {
+  const Site site = two_lanes();
+  Random random(4);
+  Vehicle car;
+  car.along_m = 80.0;
+  car.lateral_m = -9.0;
+  car.lane_change = {0.3, 2.8, 7.0};
+  const auto outcome = fit_lane_change(simulated::track_of(car, site, {.to_s = 3.4}, random),
+                                       Camera(*site.camera), site);
+  ASSERT_TRUE(std::holds_alternative<Miss>(outcome));
+  EXPECT_EQ(std::get<Miss>(outcome), Miss::bad_fit);
+}
+
+// By how much the residuals move as a size does.
+TEST(LaneChange, SlopesByTheStepsAreThoseOfTheResiduals) {
+  const Site site = two_lanes();
+  Random random(6);
+  Vehicle car;
+  car.along_m = 60.0;
+  car.lane_change = {0.5, 2.0, 3.5};
+  auto outcome = fit_lane_change(simulated::track_of(car, site, {.to_s = 2.2}, random),
+                                 Camera(*site.camera), site);
+  ASSERT_TRUE(std::holds_alternative<BearingFit>(outcome));
+  const Trajectory& seen = std::get<BearingFit>(outcome).trajectory;
+  GeometryProblem problem = seen.problem;
+  ASSERT_TRUE(problem.setting.crosses());
+  const std::vector<int> free = free_parameters(problem);
+  const auto at = geometry_residuals(problem, seen.fit.parameters, free, Slopes::of_path_and_steps);
+  ASSERT_TRUE(at);
+  constexpr double kSmall = 1e-7, kUnsoftened = 1.8;
+  for (std::size_t k = 0; k < problem.setting.steps.size(); ++k) {
+    problem.setting.steps[k].size += kSmall;
+    const auto moved = geometry_residuals(problem, seen.fit.parameters, free, Slopes::none);
+    problem.setting.steps[k].size -= kSmall;
+    ASSERT_TRUE(moved);
+    const Eigen::VectorXd slope = (moved->values - at->values) / kSmall;
+    const Eigen::VectorXd row = at->slopes.row(static_cast<Eigen::Index>(free.size() + k));
+    int compared = 0;
+    for (Eigen::Index i = 0; i < 2 * std::ssize(problem.lamps); i += 2) {
+      if (at->values.segment<2>(i).norm() > kUnsoftened) continue;  // weights are held
+      ++compared;
+      EXPECT_LT((slope - row).segment<2>(i).norm(), 1e-3 * (row.segment<2>(i).norm() + 1.0));
+    }
+    EXPECT_GT(compared, std::ssize(problem.lamps) / 2);
+  }
+}
+
+}  // namespace
+}  // namespace vildar
