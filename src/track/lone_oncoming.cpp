@@ -119,11 +119,12 @@ struct LaneWay {
   std::vector<Eigen::Vector2d> bearings;
 };
 
-// Whether it keeps a constant speed `aside_m` from the camera, which looks `yaw_rad` further left
+// Whether it keeps about one speed `aside_m` from the camera, which looks `yaw_rad` further left
 // than its site file says.
 bool drives_along(const LaneWay& seen, double aside_m, double yaw_rad, const RoadView& view) {
   constexpr double kLeastAside_m = 2.0, kNearest_m = 3.0, kFarthest_m = 150.0, kTimesNearer = 1.33;
   constexpr double kSlowest_mps = 3.0, kFastest_mps = 70.0, kMostOff_px = 3.0, kSigmas = 2.5;
+  constexpr double kAcceleration_mps2 = 0.5;
   if (std::abs(aside_m) < kLeastAside_m) return false;
   std::vector<double> ahead_m;
   const double cosine = std::cos(yaw_rad), sine = std::sin(yaw_rad);
@@ -142,11 +143,18 @@ bool drives_along(const LaneWay& seen, double aside_m, double yaw_rad, const Roa
   const double drives_mps = (seen.goes ? 1.0 : -1.0) * way.slope;
   if (*farthest < kTimesNearer * *nearest || drives_mps < kSlowest_mps || drives_mps > kFastest_mps)
     return false;
-  double sum_px2 = 0.0;
-  for (std::size_t i = 0; i < ahead_m.size(); ++i)
-    sum_px2 +=
-        std::pow(view.focal_px() * aside_m * (1.0 / way.at(seen.times_s[i]) - 1.0 / ahead_m[i]), 2);
-  return sum_px2 < kMostOff_px * kMostOff_px * static_cast<double>(ahead_m.size());
+  // One that speeds up or brakes evenly is off its line by that far at either end and in the
+  // middle.
+  const double lasts_s = seen.times_s.back() - seen.times_s.front();
+  const double changes_m = kAcceleration_mps2 * lasts_s * lasts_s / 16.0;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < ahead_m.size(); ++i) {
+    const double at_m = way.at(seen.times_s[i]);
+    const double px_per_m = view.focal_px() * aside_m / (at_m * ahead_m[i]);
+    const double most_px = std::hypot(kMostOff_px, px_per_m * changes_m);
+    sum += std::pow(px_per_m * (at_m - ahead_m[i]) / most_px, 2);
+  }
+  return sum < static_cast<double>(ahead_m.size());
 }
 
 }  // namespace

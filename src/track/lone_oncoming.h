@@ -15,9 +15,9 @@ namespace vildar {
 bool comes_in_a_lane(const std::vector<LampRecord>& records, const RoadView& view);
 
 /// Before a camera that stands beside a straight road, level with the lamps: whether a light moves
-/// through the picture as a lamp in a lane of its direction would, at constant speed, for its
-/// elevation tells little. The camera may look aside by two sigmas of its yaw. The light must come
-/// nearer, or go off, by a third.
+/// through the picture as a lamp in a lane of its direction would, at a speed that changes by some
+/// 0.5 m/s², for its elevation tells little. The camera may look aside by two sigmas of its yaw.
+/// The light must come nearer, or go off, by a third.
 bool passes_in_a_lane(const std::vector<LampRecord>& records, LampKind kind, const RoadView& view);
 
 }  // namespace vildar

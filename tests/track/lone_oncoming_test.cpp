@@ -49,6 +49,15 @@ TEST(PassesInALane, AMotorcycleLevelWithTheCameraDoes) {
   }
 }
 
+// Near the camera half a metre is many pixels.
+TEST(PassesInALane, OneThatSpeedsUpOrBrakesOnTheWayDoes) {
+  for (const double mps2 : {-0.8, 0.8})
+    EXPECT_TRUE(passes(seen(site(), -4.5, 0.8,
+                            [&](double t_s) { return 8.0 + 11.0 * t_s + 0.5 * mps2 * t_s * t_s; }),
+                       LampKind::taillamp))
+        << mps2;
+}
+
 TEST(PassesInALane, WhatStandsOrGoesTheOtherWayOrIsHighUpDoesNot) {
   const auto comes = [](double t_s) { return 45.0 - 10.0 * t_s; };
   const auto goes = [](double t_s) { return 12.0 + 10.0 * t_s; };
