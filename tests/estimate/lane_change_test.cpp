@@ -50,6 +50,44 @@ TEST(LaneChange, IsMeasuredAndItsSpeedLiesInItsInterval) {
   EXPECT_LT(std::sqrt(squares / measured), 1.3);
 }
 
+// Ahead of a camera that drives what is not known of the own way takes it up.
+TEST(LaneChange, AheadOfADashcamIsMeasuredToo) {
+  constexpr int kTrials = 24;
+  constexpr double kOwn_mps = 25.0;
+  Site site = simulated::mast_site(1.3);
+  site.camera->pitch_rad = {0.0, 0.005};
+  site.road.lanes = {{"right", {-3.5, 0.3}, 3.5, Direction::receding},
+                     {"own", {0.0, 0.3}, 3.5, Direction::receding},
+                     {"left", {3.5, 0.3}, 3.5, Direction::receding}};
+  site.lamps.tail_height_m = Uncertain{0.8, 0.15};
+  site.lamps.tail_separation_m = Uncertain{1.2, 0.2};
+  site.ego = EgoSite{{kOwn_mps, 0.2}, {}, {}};
+  simulated::View view{.to_s = 5.0};
+  view.ego_mps = kOwn_mps;
+  Random random(5);
+  int measured = 0, inside = 0;
+  for (int i = 0; i < kTrials; ++i) {
+    const double faster_mps = random.uniform(-3.0, 6.0);
+    Vehicle car;
+    car.speed_mps = -(kOwn_mps + faster_mps);
+    car.along_m = faster_mps > 0.0 ? random.uniform(15.0, 30.0) : random.uniform(30.0, 50.0);
+    car.lateral_m = random.normal(0.0, 0.3);
+    car.height_m = random.normal(0.8, 0.15);
+    car.separation_m = random.normal(1.2, 0.2);
+    car.lane_change = {random.uniform(0.0, 2.5), random.uniform(3.0, 5.0),
+                       random.uniform(0.0, 1.0) < 0.5 ? 3.5 : -3.5};
+    VehicleTrack track = simulated::track_of(car, site, view, random);
+    track.direction = Direction::receding;
+    track.kind = LampKind::taillamp;
+    const VehicleResult result = estimate_vehicle(track, site, {}).result;
+    if (result.withheld) continue;
+    ++measured;
+    inside += -car.speed_mps > result.speed.lo95_mps && -car.speed_mps < result.speed.hi95_mps;
+  }
+  EXPECT_GE(measured, kTrials * 9 / 10);
+  EXPECT_GE(inside, 0.95 * measured - 3.0 * std::sqrt(0.95 * 0.05 * measured));
+}
+
 TEST(LaneChange, IsFollowedAcrossTheRoad) {
   const Site site = two_lanes();
   Random random(4);

@@ -74,7 +74,7 @@ inline Lamps lamps_at(const Vehicle& vehicle, const RoadSite& road, double t_s) 
   const double s_m = vehicle.along_at_m(t_s);
   Eigen::Vector2d middle(s_m, vehicle.lateral_m + vehicle.lane_change.left_m(t_s)), left(0.0, 1.0);
   if (const double left_mps = vehicle.lane_change.left_mps(t_s); left_mps != 0.0)
-    left = Eigen::Vector2d(left_mps, vehicle.speed_at_mps(t_s)).normalized();
+    left = Eigen::Vector2d(left_mps / vehicle.speed_at_mps(t_s), 1.0).normalized();
   if (road.kind == RoadKind::curved && s_m > road.straight_m.mean) {
     const double sign = road.turn == Turn::left ? 1.0 : -1.0;
     const Eigen::Vector2d centre(road.straight_m.mean, sign * road.radius_m->mean);
