@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace vildar {
 namespace {
 
 constexpr int kFewestPixels = 12;  // noise of a lit road makes less
+constexpr double kBeside_px = 5.0;
+constexpr std::size_t kMostLights = 64;  // the brightest: each is looked for among all
 
 template <class Light>
 bool any_light(const std::vector<Light>& lights, const Eigen::Vector2d& at_px, double within_px) {
@@ -30,15 +33,22 @@ const Light* only_light(const std::vector<Light>& lights, const Eigen::Vector2d&
 }  // namespace
 
 std::vector<RepeatedFrames::Light> RepeatedFrames::lights_of(const BlobFrame& frame) {
+  std::vector<const Blob*> plain;
+  for (const Blob& blob : frame.blobs)
+    if (blob.area_px >= kFewestPixels) plain.push_back(&blob);
+  if (plain.size() > kMostLights) {
+    const auto brightest = plain.begin() + kMostLights;
+    std::ranges::nth_element(plain, brightest, std::greater<>{}, &Blob::flux);
+    plain.erase(brightest, plain.end());
+  }
   std::vector<Light> lights;
-  lights.reserve(frame.blobs.size());
-  for (const Blob& blob : frame.blobs) {
-    if (blob.area_px < kFewestPixels) continue;
+  lights.reserve(plain.size());
+  for (const Blob* const blob : plain) {
+    const PixelBox& box = blob->box;
     Light light;
-    light.centre_px = blob.centre_px;
-    light.sigma_px = blob.centre_sigma_px;
-    light.reach_px =
-        std::max(blob.box.u_max - blob.box.u_min, blob.box.v_max - blob.box.v_min) + 5.0;
+    light.centre_px = blob->centre_px;
+    light.sigma_px = blob->centre_sigma_px;
+    light.reach_px = std::max(box.u_max - box.u_min, box.v_max - box.v_min) + kBeside_px;
     lights.push_back(light);
   }
   return lights;
