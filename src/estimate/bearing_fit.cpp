@@ -88,6 +88,7 @@ Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView&
   }
   if (paths.empty()) return Miss::not_on_road;
   problem.reference_s = reference_time_s(paths.front());
+  problem.setting.own_mps = ego.speed_mps(problem.reference_s);
   const OwnWay own = ego.own_way(problem.reference_s, usual_range_m(paths));
   problem.ego_unknowns = {own.heading_rad, own.delay_s};
   std::ranges::copy(own.swings, problem.ego_unknowns.end() - kOwnSwings);

@@ -69,8 +69,10 @@ std::optional<Residuals> residuals_by(const GeometryProblem& problem, const Path
     Eigen::Vector2d by_turn = Eigen::Vector2d::Zero();  // of the line through the lamps
     if (problem.setting.crosses() && problem.lamps[i].side != 0.0)
       by_turn = weight * problem.lamps[i].side *
-                std::exp(parameters[kLogScale] + parameters[kLogSeparation]) /
-                (parameters[kClosingRate] + tau_s * parameters[kAcceleration]) *
+                std::exp(2.0 * parameters[kLogScale] + parameters[kLogSeparation]) /
+                (std::exp(parameters[kLogScale]) *
+                     (parameters[kClosingRate] + tau_s * parameters[kAcceleration]) -
+                 problem.setting.own_mps) *
                 lamp.by_x(parameters.data());
     for (std::size_t axis = 0; axis < 2; ++axis) {
       auto column = found.slopes.col(first + static_cast<Index>(axis));

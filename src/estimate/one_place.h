@@ -11,7 +11,8 @@ namespace vildar {
 /// once, or surely stand inside one another, or their lamps right below one another. Of a light
 /// without a partner it is enough that it cannot be told apart from a vehicle that has two lamps.
 /// So are two in view one after the other, within 3.5 s, of which the second surely goes on where
-/// the first was, though it may have braked by 1 m/s² between. False where either has no speed from the camera.
+/// the first was, though it may have braked by 1 m/s² between. False where either has no speed from
+/// the camera.
 bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other);
 
 /// Whether the lamps of `upper` move as lamps higher on the body of `carrier` would: from a camera

@@ -71,6 +71,7 @@ struct PathSetting {
   bool turns = false;         ///< the pose has a std, so that p[kYaw..kRoll] may differ from zero
   bool focal_unsure = false;  ///< p[kLogFocal] may differ from zero
   bool ego_unsure = false;    ///< p[kHeading..] may differ from zero
+  double own_mps = 0.0;       ///< of a camera that drives
   double bend = 0.0;          ///< as in path_point
   double straight_m = 0.0;
   bool straight_unsure = false;  ///< p[kStraight] stands for straight_m
@@ -146,11 +147,15 @@ PathPoint<T> vehicle_point(const T* p, const PathSetting& setting, const Time& t
   return path_point(along_m, lateral_m, setting.bend, setting.straight_m, radius_m);
 }
 
-/// How far a vehicle that crosses goes to the left for each metre toward the camera.
+/// How far a vehicle that crosses goes to the left for each metre that it drives toward where the
+/// camera is.
 template <class T>
 T left_per_ahead(const T* p, const PathSetting& setting, double tau_s) {
-  return setting.departed_rate(tau_s, Along::across) /
-         (p[kClosingRate] + tau_s * p[kAcceleration] + setting.departed_rate(tau_s));
+  using std::exp;
+  const T scale_m = exp(p[kLogScale]);
+  const T closing = p[kClosingRate] + tau_s * p[kAcceleration] + setting.departed_rate(tau_s);
+  return scale_m * setting.departed_rate(tau_s, Along::across) /
+         (scale_m * closing - setting.own_mps);
 }
 
 /// From the camera to a lamp, road axes of the camera's own vehicle, metres. `side` as in

@@ -99,7 +99,13 @@ VehiclePlace place_of(const Trajectory& trajectory) {
         ratio * (2.0 * covariance(kLogScale, parameter) + ratio * covariance(kLogScale, kLogScale));
     return Uncertain{mean_m, scale_m * std::sqrt(std::max(0.0, variance))};
   };
-  return {length(kLateral, trajectory.lateral_m()), length(kDrop, trajectory.lamp_height_m())};
+  double lateral_m = trajectory.lateral_m();
+  if (trajectory.problem.setting.crosses()) {  // where it passes
+    const MotionState first = trajectory.at(trajectory.from_s),
+                      last = trajectory.at(trajectory.to_s);
+    lateral_m = (first.range_m < last.range_m ? first : last).lateral_m;
+  }
+  return {length(kLateral, lateral_m), length(kDrop, trajectory.lamp_height_m())};
 }
 
 std::optional<VehiclePlace> place_of(const LaneSite& lane, const Site& site) {

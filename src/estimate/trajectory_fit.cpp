@@ -163,7 +163,7 @@ std::vector<SteadyPart> steady_parts(const VehicleTrack& track, const Camera& ca
 
 std::optional<BearingFit> changes_lanes(const VehicleTrack& track, const Camera& camera,
                                         const Site& site) {
-  if (site.ego || track.single_lamp) return std::nullopt;
+  if (track.single_lamp) return std::nullopt;
   auto outcome = fit_lane_change(track, camera, site);
   BearingFit* fit = std::get_if<BearingFit>(&outcome);
   return fit && fit->steady() ? std::optional(std::move(*fit)) : std::nullopt;
@@ -305,11 +305,13 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
   if (!first.steady()) {
     auto parts = steady_parts(track, camera, site);
     BearingFit* best = best_of(parts);
-    if (!best && !first.explains()) {
-      auto changing = changes_lanes(track, camera, site);
-      if (!changing) return Miss::bad_fit;
-      first = std::move(*changing);
-      warnings.push_back("it changes lanes in view");
+    if (!best) {
+      if (auto changing = changes_lanes(track, camera, site)) {
+        first = std::move(*changing);
+        warnings.push_back("it changes lanes in view");
+      } else if (!first.explains()) {
+        return Miss::bad_fit;
+      }
     }
     if (best) {
       Discord most;
