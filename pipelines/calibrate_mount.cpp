@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/site/learn.h"
+#include "calib/site/turned_camera.h"
 #include "config/site_file.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -45,41 +46,18 @@ std::string text_of(const LearnedQuantity& quantity, const Uncertain& value) {
          fixed_text(for_people(quantity, value.std), 4);
 }
 
-struct Run {
-  fs::path folder;
-  std::vector<VehicleTrack> passes;
-};
-
 // A camera that was moved between two runs, or a run of another site, would be averaged into a
 // pose that neither had.
-void refuse_moved_camera(const std::vector<Run>& runs, const Site& site) {
-  constexpr double kSigmas = 4.0;
-  const double kLeast_rad = radians_from_degrees(0.1);  // a mount gives by less
-  // One lens took all runs: what is not known of it parts none of them.
-  Site same_lens = site;
-  same_lens.camera->focal_std_px = 0.0;
-  std::vector<std::pair<const Run*, SiteLearning>> learned;
-  for (const Run& run : runs)
-    if (auto outcome = learn_site(run.passes, same_lens);
-        std::holds_alternative<SiteLearning>(outcome))
-      learned.emplace_back(&run, std::get<SiteLearning>(std::move(outcome)));
-  for (std::size_t i = 0; i < learned.size(); ++i)
-    for (std::size_t k = 0; k < i; ++k)
-      for (const LearnedQuantity& one : learned[i].second.quantities) {
-        const auto& others = learned[k].second.quantities;
-        const auto other = std::ranges::find(others, one.key, &LearnedQuantity::key);
-        if (!one.angle || other == others.end()) continue;
-        const double apart_rad = std::abs(one.after.mean - other->after.mean);
-        if (apart_rad < kLeast_rad ||
-            apart_rad < kSigmas * std::hypot(one.mean_std, other->mean_std))
-          continue;
-        throw InputError(learned[i].first->folder.string() + " and " +
-                         learned[k].first->folder.string() + ": by their own passes " + one.key +
-                         " is " + text_of(one, one.after) + " and " +
-                         text_of(*other, other->after) +
-                         "; the camera was moved between these runs, or they are of different "
-                         "sites: calibrate from the runs of one mounting");
-      }
+void refuse_moved_camera(const std::vector<fs::path>& folders,
+                         const std::vector<std::vector<VehicleTrack>>& runs, const Site& site) {
+  const auto turned = turned_camera(runs, site);
+  if (!turned) return;
+  throw InputError(folders[turned->one].string() + " and " + folders[turned->other].string() +
+                   ": by their own passes " + turned->by_one.key + " is " +
+                   text_of(turned->by_one, turned->by_one.after) + " and " +
+                   text_of(turned->by_other, turned->by_other.after) +
+                   "; the camera was moved between these runs, or they are of different sites: "
+                   "calibrate from the runs of one mounting");
 }
 
 std::string text_report(const SiteLearning& learning) {
@@ -134,15 +112,15 @@ std::string json_report(const SiteLearning& learning) {
 void calibrate_mount(const RunsArguments& arguments) {
   const Site site = load_fixed_site(arguments.site);
   refuse_repeated(arguments.runs);
-  std::vector<Run> runs;
+  std::vector<std::vector<VehicleTrack>> runs;
   for (const fs::path& folder : arguments.runs) {
-    Run& run = runs.emplace_back(Run{folder, {}});
+    std::vector<VehicleTrack>& run = runs.emplace_back();
     for (RecordedPass& pass : read_recorded_passes(folder, *site.camera))
-      if (pass.sound) run.passes.push_back(std::move(pass.track));
+      if (pass.sound) run.push_back(std::move(pass.track));
   }
-  if (runs.size() > 1) refuse_moved_camera(runs, site);
+  if (runs.size() > 1) refuse_moved_camera(arguments.runs, runs, site);
   std::vector<VehicleTrack> passes;
-  for (Run& run : runs) std::ranges::move(run.passes, std::back_inserter(passes));
+  for (std::vector<VehicleTrack>& run : runs) std::ranges::move(run, std::back_inserter(passes));
   const SiteLearning learning = learn(passes, site);
   write_file_atomically(arguments.out, effective_site_yaml(learning.site));
   std::cout << (arguments.json ? json_report(learning) : text_report(learning)) << std::flush;

@@ -12,7 +12,6 @@
 namespace vildar {
 namespace {
 
-constexpr int kFewestPasses = 5;
 constexpr int kMostRounds = 4;    // of fitting all passes anew with the pose learned so far
 constexpr int kSpreadRounds = 3;  // of joint solution and spreads in turn
 
@@ -168,7 +167,7 @@ double std_for_file(const Population& population, double std, const CameraSite& 
              : std;
 }
 
-SiteLearning learning_of(const Round& round, const Site& stated, const Site& present) {
+SiteLearning learning_of(const Round& round, const Site& stated, const Site& present, int fewest) {
   SiteLearning learning;
   learning.site = stated;
   learning.passes = static_cast<int>(round.linear.size());
@@ -189,7 +188,7 @@ SiteLearning learning_of(const Round& round, const Site& stated, const Site& pre
         unit * population.per_step() * std::sqrt(round.learned.covariance(own, own));
     quantity.spread = unit * population.per_step() * population.spread;
     quantity.after = quantity.before;
-    if (quantity.passes >= kFewestPasses && is_stated(stated, population)) {
+    if (quantity.passes >= fewest && is_stated(stated, population)) {
       quantity.after = {mean_for_file(population, population.mean_value(), *present.camera),
                         unit * std_for_file(population, stds[k], *stated.camera)};
       state(learning.site, population, quantity.after);
@@ -226,7 +225,8 @@ Site with_pose(Site site, const CameraSite& learned) {
 
 }  // namespace
 
-Outcome<SiteLearning> learn_site(std::span<const VehicleTrack> passes, const Site& site) {
+Outcome<SiteLearning> learn_site(std::span<const VehicleTrack> passes, const Site& site,
+                                 int fewest) {
   if (!site.camera || site.ego) throw std::invalid_argument("learn_site: needs a fixed camera");
   std::vector<bool> strange(passes.size(), false);
   Site present = site;
@@ -237,7 +237,7 @@ Outcome<SiteLearning> learn_site(std::span<const VehicleTrack> passes, const Sit
     if (rounds == 0 && !fitted.trajectories.empty()) speed_std_before = median_speed_std(fitted);
     std::optional<Round> round;
     while (true) {
-      if (fitted.trajectories.size() < kFewestPasses) return Miss::too_few_samples;
+      if (std::ssize(fitted.trajectories) < fewest) return Miss::too_few_samples;
       round = solve_round(passes, fitted, site, present);
       if (!round) return Miss::not_converged;
       const auto odd = stranger(round->linear, round->learned, round->populations);
@@ -245,7 +245,7 @@ Outcome<SiteLearning> learn_site(std::span<const VehicleTrack> passes, const Sit
       strange[fitted.tracks[*odd]] = true;
       fitted.leave_out(*odd);
     }
-    learning = learning_of(*round, site, present);
+    learning = learning_of(*round, site, present, fewest);
     learning.left_out = fitted.left_out;
     learning.last_turn_rad = turned_rad(*round);
     if (learning.settled()) break;

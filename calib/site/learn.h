@@ -44,11 +44,12 @@ struct SiteLearning {
 /// among the vehicles of one.
 ///
 /// Bearings leave the common scale of all lengths open: it rests on the site file alone, stays in
-/// the stated sigmas, and is told. What fewer than five passes tell of stays as it was. Passes
+/// the stated sigmas, and is told. What fewer than `fewest` passes tell of stays as it was. Passes
 /// unlike the others are left out.
 ///
 /// Requires a fixed camera (std::invalid_argument otherwise).
-/// Misses: too_few_samples (fewer than five usable passes), not_converged, unobservable.
-Outcome<SiteLearning> learn_site(std::span<const VehicleTrack> passes, const Site& site);
+/// Misses: too_few_samples (fewer than `fewest` usable passes), not_converged, unobservable.
+Outcome<SiteLearning> learn_site(std::span<const VehicleTrack> passes, const Site& site,
+                                 int fewest = 5);
 
 }  // namespace vildar
