@@ -21,6 +21,8 @@ constexpr NumberRule kCoreSigma_px{0.5, 20.0, false, false};
 constexpr NumberRule kWingShare{0.0, 0.9, false, false};
 constexpr NumberRule kWingScale_px{0.5, 100.0, false, false};
 constexpr NumberRule kWingExponent{2.0, 10.0, true, false};
+constexpr NumberRule kFromMast_m{-1000.0, 1000.0, false, false, "metres"};
+constexpr double kHighest_m = 100.0;  // over the road, or below it
 
 void read_distortion(const YamlMap& map, CameraSite& camera) {
   const auto item = map.find("distortion");
@@ -118,6 +120,15 @@ void read_psf(const YamlMap& map, CameraSite& camera) {
 
 }  // namespace
 
+bool require_position(const YamlMap& map, std::array<Uncertain, 3>& position_m) {
+  if (!map.require("position_m", position_m, kFromMast_m)) return false;
+  if (std::abs(position_m[2].mean) <= kHighest_m) return true;
+  map.problem("position_m", "z is " + number_text(position_m[2].mean),
+              "must be <= " + number_text(kHighest_m) +
+                  ", in metres: z is the height above the road surface");
+  return false;
+}
+
 CameraSite read_camera(const YamlMap& map) {
   CameraSite camera;
   std::array<int, 2> size_px{};
@@ -131,7 +142,7 @@ CameraSite read_camera(const YamlMap& map) {
                 "give its standard deviation in pixels; calibrate the camera");
   read_principal(map, camera);
   read_distortion(map, camera);
-  if (map.require("position_m", camera.position_m) && !(camera.position_m[2].mean > 0.0))
+  if (require_position(map, camera.position_m) && !(camera.position_m[2].mean > 0.0))
     map.problem("position_m", "z is " + number_text(camera.position_m[2].mean),
                 "must be > 0: z is the height above the road surface");
   // An angle left out is unknown, not zero: a level camera looking up-road, give or take this much.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "config/yaml_reader.h"
 #include "types/site.h"
 
@@ -7,6 +9,9 @@ namespace vildar {
 
 /// What a pitch angle may be, in degrees.
 inline constexpr NumberRule kPitch_deg{-90.0, 90.0, false, false};
+
+/// Reads `position_m`, which must be within a kilometre of the mast and 100 m of the road's height.
+bool require_position(const YamlMap& map, std::array<Uncertain, 3>& position_m);
 
 /// The `camera` map of a site file; problems go to the reader of the map.
 CameraSite read_camera(const YamlMap& map);

@@ -17,9 +17,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr NumberRule kHalfField_deg{0.0, 90.0, true, false};
+// Wider than any tube before a photodiode leaves, and than a right angle in radians.
+constexpr NumberRule kHalfField_deg{2.0, 90.0, false, false, "degrees"};
+constexpr NumberRule kArea_m2{0.0, 0.1, true, false, "square metres"};
 constexpr NumberRule kMains_hz{10.0, 1000.0, false, false};
 constexpr NumberRule kHalfPower_deg{0.0, 90.0, true, true};
+// Of all that drives on roads, motorcycles with two headlamps and work lamps of tractors included.
+constexpr NumberRule kLampHeight_m{0.1, 4.0, false, false, "metres"};
+constexpr NumberRule kLampSeparation_m{0.1, 3.0, false, false, "metres"};
+constexpr NumberRule kLateral_m{-300.0, 300.0, false, false, "metres"};
+constexpr NumberRule kLaneWidth_m{0.0, 30.0, true, false, "metres"};
 
 PhotodiodeSite read_photodiode(const YamlMap& map, bool alone, bool first) {
   constexpr Uncertain kSameType{1.0, 0.05};  // parts of 1 to 5 %
@@ -40,11 +47,11 @@ PhotodiodeSite read_photodiode(const YamlMap& map, bool alone, bool first) {
   if (!std::all_of(diode.id.begin(), diode.id.end(), is_plain))
     map.problem("id", "\"" + diode.id + "\" cannot begin the name of a column",
                 "use letters, digits, and the signs _ - .");
-  map.require("position_m", diode.position_m);
+  require_position(map, diode.position_m);
   map.read_degrees("yaw_deg", diode.yaw_rad);
   map.read_degrees("pitch_deg", diode.pitch_rad, kPitch_deg);
   map.read_degrees("half_field_of_view_deg", diode.half_field_of_view_rad, kHalfField_deg);
-  map.read("area_m2", diode.area_m2, kPositive);
+  map.read("area_m2", diode.area_m2, kArea_m2);
   map.read("gain_ratio", diode.gain_ratio, kPositive);
   if (first && diode.gain_ratio.mean != 1.0)
     map.problem(
@@ -89,8 +96,8 @@ std::vector<PhotodiodeSite> read_photodiodes(const YamlMap& map) {
 LaneSite read_lane(const YamlMap& map) {
   LaneSite lane;
   map.require("id", lane.id);
-  map.require("lateral_m", lane.lateral_m);
-  map.read("width_m", lane.width_m, kPositive);
+  map.require("lateral_m", lane.lateral_m, kLateral_m);
+  map.read("width_m", lane.width_m, kLaneWidth_m);
   map.require("direction", lane.direction, kDirectionWords);
   return lane;
 }
@@ -137,10 +144,10 @@ LampClass read_lamp_class(const YamlMap& map) {
   LampClass kind;
   map.require("id", kind.id);
   map.read("share", kind.share, kPositive);
-  map.require("height_m", kind.height_m, kPositive);
-  map.read("separation_m", kind.separation_m, kPositive);
-  map.read("tail_height_m", kind.tail_height_m, kPositive);
-  map.read("tail_separation_m", kind.tail_separation_m, kPositive);
+  map.require("height_m", kind.height_m, kLampHeight_m);
+  map.read("separation_m", kind.separation_m, kLampSeparation_m);
+  map.read("tail_height_m", kind.tail_height_m, kLampHeight_m);
+  map.read("tail_separation_m", kind.tail_separation_m, kLampSeparation_m);
   return kind;
 }
 
@@ -157,11 +164,11 @@ LampsSite read_lamps(const YamlMap& map) {
     else if (maps.empty())
       map.problem("classes", "names no class", "give at least one, or height_m and separation_m");
   } else {
-    map.read("height_m", lamps.height_m, kPositive);
-    map.read("separation_m", lamps.separation_m, kPositive);
+    map.read("height_m", lamps.height_m, kLampHeight_m);
+    map.read("separation_m", lamps.separation_m, kLampSeparation_m);
   }
-  map.read("tail_height_m", lamps.tail_height_m, kPositive);
-  map.read("tail_separation_m", lamps.tail_separation_m, kPositive);
+  map.read("tail_height_m", lamps.tail_height_m, kLampHeight_m);
+  map.read("tail_separation_m", lamps.tail_separation_m, kLampSeparation_m);
   return lamps;
 }
 

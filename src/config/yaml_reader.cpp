@@ -92,6 +92,7 @@ std::string NumberRule::text() const {
   if (has_low) text += (low_open ? "> " : ">= ") + number_text(low);
   if (has_low && has_high) text += " and ";
   if (has_high) text += (high_open ? "< " : "<= ") + number_text(high);
+  if (!unit.empty()) text += ", in " + std::string(unit);
   return text;
 }
 

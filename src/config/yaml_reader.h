@@ -23,11 +23,12 @@ namespace vildar {
 struct NumberRule {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
-  bool low_open = false;   ///< low itself is outside
-  bool high_open = false;  ///< high itself is outside
+  bool low_open = false;       ///< low itself is outside
+  bool high_open = false;      ///< high itself is outside
+  std::string_view unit = {};  ///< of both, where a number in another one is a likely mistake
 
   bool holds(double value) const;
-  std::string text() const;  ///< "must be > 0"
+  std::string text() const;  ///< "must be > 0", "must be >= 0.1 and <= 3, in metres"
 };
 inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 inline constexpr NumberRule kAnyNumber{};

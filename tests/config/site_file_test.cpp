@@ -209,6 +209,39 @@ struct Breach {
   std::string at;        // text of the broken file on whose line it must be
 };
 
+// Centimetres, millimetres, square millimetres, map coordinates, radians.
+TEST(SiteFile, LengthsNoRoadHasNameTheUnit) {
+  const TemporaryFolder folder;
+  const std::string sound = full_site();
+  for (const auto& [from, to, unit] : std::vector<std::array<std::string, 3>>{
+           {"separation_m: {mean: 1.25, std: 0.12}", "separation_m: {mean: 125, std: 12}",
+            "in metres"},
+           {"height_m: {mean: 0.68,", "height_m: {mean: 68,", "in metres"},
+           {"{mean: 5.2, std: 0.05}", "{mean: 520, std: 5}", "in metres"},
+           {"position_m: [2, 0, 5]", "position_m: [2, 0, 500]", "in metres"},
+           {"position_m: [2, 0, 5]", "position_m: [463000, 0, 5]", "in metres"},
+           {"lateral_m: -7.5", "lateral_m: -750", "in metres"},
+           {"-7.5, width_m: 3.5", "-7.5, width_m: 350", "in metres"},
+           {"area_m2: 1.0e-4", "area_m2: 7.5", "in square metres"},
+           {"half_field_of_view_deg: 70", "half_field_of_view_deg: 1.22", "in degrees"}}) {
+    const std::vector<Problem> problems =
+        problems_of(folder.write("site.yaml", with(sound, from, to)));
+    ASSERT_EQ(problems.size(), 1u) << to;
+    EXPECT_NE(problems[0].remedy.find(unit), std::string::npos) << to << problems[0].remedy;
+  }
+}
+
+// A motorcycle's two headlamps, a tractor's lamps on its roof.
+TEST(SiteFile, LampsOfAllThatDrivesAreTaken) {
+  const TemporaryFolder folder;
+  for (const auto& [height, separation] : {std::pair{"0.9", "0.15"}, {"3.2", "2.4"}}) {
+    std::string text = with(full_site(), "separation_m: {mean: 1.25, std: 0.12}",
+                            std::string("separation_m: ") + separation);
+    text = with(text, "  height_m: {mean: 0.68, std: 0.08}", std::string("  height_m: ") + height);
+    EXPECT_NO_THROW(load_site(folder.write("site.yaml", text))) << height;
+  }
+}
+
 TEST(SiteFile, EachRuleBrokenAloneIsNamedWithKeyAndLine) {
   const TemporaryFolder folder;
   const std::string sound = full_site();
