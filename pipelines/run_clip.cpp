@@ -8,6 +8,7 @@
 #include "detect/detector.h"
 #include "estimate/frame_steps.h"
 #include "estimate/one_place.h"
+#include "estimate/site_doubts.h"
 #include "estimate/steady_view.h"
 #include "estimate/vehicle.h"
 #include "optics/response.h"
@@ -22,6 +23,7 @@ namespace vildar {
 namespace {
 
 constexpr std::size_t kPlotPoints = 200;
+constexpr std::size_t kTogether = 20;  // vehicles that are asked together about the site file
 constexpr double kForever = std::numeric_limits<double>::infinity();
 
 ClipInterval interval_of(const VehicleTrack& track) {
@@ -164,10 +166,43 @@ class Measuring {
   void write_before(double time_s) {
     for (VehicleEstimate& estimate : measured_.take_before(time_s)) {
       withhold_where_frames_miss(estimate);
+      kept_.push_back(std::move(estimate));
+    }
+    if (kept_.size() >= kTogether || time_s == kForever) write();
+  }
+
+  /// Where most vehicles contradict the site file, one that does not by chance moves as its road
+  /// asks for, with a speed that its interval need not hold.
+  void withhold_where_most_contradict() {
+    constexpr double kWide = 0.1;  // relative sigma
+    const auto earlier = std::span(measurement_.vehicles);
+    const std::size_t before =
+        std::min(earlier.size(), kTogether - std::min(kTogether, kept_.size()));
+    std::vector<VehicleResult> together(earlier.end() - static_cast<std::ptrdiff_t>(before),
+                                        earlier.end());
+    for (const VehicleEstimate& estimate : kept_) together.push_back(estimate.result);
+    const auto elsewhere = most_elsewhere(together);
+    if (!elsewhere) return;
+    for (VehicleEstimate& estimate : kept_) {
+      const VehicleResult& result = estimate.result;
+      if (result.withheld || !result.used_camera ||
+          result.speed.std_mps > kWide * result.speed.speed_mps)
+        continue;
+      withhold(estimate, Miss::bad_fit, {Method::geometry_camera, Method::fused},
+               std::to_string(elsewhere->count) + " of " + std::to_string(elsewhere->of) +
+                   " vehicles in turn do not move as on the road stated, so that what this one "
+                   "seems to do is in doubt, too");
+    }
+  }
+
+  void write() {
+    withhold_where_most_contradict();
+    for (VehicleEstimate& estimate : kept_) {
       tracks_.add(estimate.rows);
       measurement_.plots.push_back(plot_of(estimate));
       measurement_.vehicles.push_back(std::move(estimate.result));
     }
+    kept_.clear();
   }
 
   const RunOptions& options_;
@@ -178,6 +213,7 @@ class Measuring {
   ClipMeasurement& measurement_;
   std::vector<Ended> waiting_;
   MeasuredVehicles measured_;
+  std::vector<VehicleEstimate> kept_;  ///< to be written
   FrameSteps steps_;
   std::vector<LitVehicle> lit_;
 };

@@ -60,18 +60,34 @@ bool drives(const SpeedEstimate& speed) {
   return speed.speed_mps > kClear * speed.std_mps;
 }
 
+bool is_elsewhere(const VehicleResult& vehicle) {
+  return vehicle.withheld == Miss::not_on_road || vehicle.withheld == Miss::bad_fit ||
+         vehicle.withheld == Miss::unobservable;
+}
+
+bool are_most(const Elsewhere& elsewhere) {
+  return elsewhere.count >= kFewest && 2 * elsewhere.count > elsewhere.of;
+}
+
+bool goes_along(const VehicleResult& light, const VehicleResult& vehicle) {
+  if (vehicle.withheld || !vehicle.used_camera || vehicle.direction != light.direction)
+    return false;
+  const double together_s =
+      std::min(light.t_last_s, vehicle.t_last_s) - std::max(light.t_first_s, vehicle.t_first_s);
+  return 2.0 * together_s > light.t_last_s - light.t_first_s;
+}
+
 // Most of those that the camera followed do not move as the site file asks for.
 void doubt_the_view(std::span<const VehicleResult> vehicles, std::vector<std::string>& doubts) {
-  int followed = 0, elsewhere = 0;
+  Elsewhere elsewhere;
   for (const VehicleResult& vehicle : vehicles) {
     if (vehicle.n_frames == 0) continue;
-    ++followed;
-    elsewhere += vehicle.withheld == Miss::not_on_road || vehicle.withheld == Miss::bad_fit ||
-                 vehicle.withheld == Miss::unobservable;
+    ++elsewhere.of;
+    elsewhere.count += is_elsewhere(vehicle);
   }
-  if (elsewhere < kFewest || 2 * elsewhere <= followed) return;
+  if (!are_most(elsewhere)) return;
   doubts.push_back(
-      std::to_string(elsewhere) + " of " + std::to_string(followed) +
+      std::to_string(elsewhere.count) + " of " + std::to_string(elsewhere.of) +
       " vehicles do not move as on the road stated, seen from the camera stated: check "
       "the camera's position_m, yaw_deg, pitch_deg and focal_px, the lanes, and "
       "road.kind, turn, straight_m and radius_m");
@@ -133,6 +149,19 @@ std::vector<std::string> site_doubts(std::span<const VehicleResult> vehicles,
   }
   doubt_the_bend(vehicles, doubts);
   return doubts;
+}
+
+std::optional<Elsewhere> most_elsewhere(std::span<const VehicleResult> vehicles) {
+  Elsewhere elsewhere;
+  for (const VehicleResult& vehicle : vehicles) {
+    if (vehicle.n_frames == 0) continue;
+    const auto along = [&](const VehicleResult& other) { return goes_along(vehicle, other); };
+    if (vehicle.withheld == Miss::not_on_road && std::ranges::any_of(vehicles, along)) continue;
+    ++elsewhere.of;
+    elsewhere.count += is_elsewhere(vehicle);
+  }
+  if (!are_most(elsewhere)) return std::nullopt;
+  return elsewhere;
 }
 
 }  // namespace vildar

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,5 +19,15 @@ namespace vildar {
 /// - three or more of one direction seem to speed up or brake (0.9 and 3), as on a bend that is
 ///   told the other way.
 std::vector<std::string> site_doubts(std::span<const VehicleResult> vehicles, const RoadSite& road);
+
+/// Of vehicles that the camera followed, those that do not move as on the road stated.
+struct Elsewhere {
+  int count = 0, of = 0;
+};
+
+/// Where these are most of `vehicles`, and three or more. A light that is not on the road counts on
+/// neither side where it goes along with a measured vehicle of its direction for half of its time:
+/// marker lamps, windows.
+std::optional<Elsewhere> most_elsewhere(std::span<const VehicleResult> vehicles);
 
 }  // namespace vildar

@@ -67,6 +67,28 @@ TEST(SiteDoubts, MostThatMoveOtherwiseDoubtCameraAndRoad) {
   EXPECT_TRUE(site_doubts(vehicles, {}).empty());
 }
 
+TEST(SiteDoubts, LightsThatGoAlongWithVehiclesSpeakForNoOtherSite) {
+  Results vehicles = driving(5);
+  for (VehicleResult& vehicle : vehicles) vehicle.t_last_s = 4.0;
+  for (std::size_t i = 1; i < 5; ++i) vehicles[i].withheld = Miss::not_on_road;
+  EXPECT_FALSE(most_elsewhere(vehicles));
+  // They go another way, or are there at another time.
+  for (std::size_t i = 1; i < 3; ++i) vehicles[i].direction = Direction::receding;
+  for (std::size_t i = 3; i < 5; ++i) vehicles[i].t_last_s = 10.0;
+  auto elsewhere = most_elsewhere(vehicles);
+  ASSERT_TRUE(elsewhere);
+  EXPECT_EQ(elsewhere->count, 4);
+  EXPECT_EQ(elsewhere->of, 5);
+  vehicles[3].withheld = vehicles[4].withheld = Miss::too_short;
+  EXPECT_FALSE(most_elsewhere(vehicles));
+  // Lamps that no road explains are those of vehicles.
+  for (std::size_t i = 1; i < 4; ++i) vehicles[i] = vehicles[0];
+  for (std::size_t i = 1; i < 4; ++i) vehicles[i].withheld = Miss::bad_fit;
+  elsewhere = most_elsewhere(vehicles);
+  ASSERT_TRUE(elsewhere);
+  EXPECT_EQ(elsewhere->count, 3);
+}
+
 // Seen by a camera at a stop line: the ones brake, the others start.
 Results at_a_stop_line(double oncoming_mps2, double receding_mps2) {
   const Site site = simulated::mast_site(4.0);

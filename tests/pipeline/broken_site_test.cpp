@@ -89,6 +89,19 @@ TEST_F(BrokenSite, ADashcamWithoutItsOwnMotionIsWarnedOf) {
               {"lights moved through the picture", "a camera that drives needs ego"});
 }
 
+// By an offset from the middle, as some tools give it; truth of the one that fits: 25 m/s, not 2.8.
+TEST_F(BrokenSite, WhereMostVehiclesContradictItNoneIsMeasured) {
+  std::string text = test::bytes_of(sample("straight") / "site.yaml");
+  const std::size_t at = text.find("principal_px:");
+  ASSERT_NE(at, std::string::npos);
+  text.replace(at, text.find("\n", at) - at, "principal_px: [0, 0]");
+  expect_told(run({(sample("straight") / "clip.mp4").string(), "--site", write("site.yaml", text)}),
+              0, {"vehicles do not move as on the road stated", "is in doubt, too"});
+  const std::string speeds = test::bytes_of(out() / "speeds.csv");
+  EXPECT_NE(speeds.find("withheld:bad_fit"), std::string::npos) << speeds;
+  EXPECT_EQ(speeds.find(",measured,"), std::string::npos) << speeds;
+}
+
 TEST_F(BrokenSite, AnOwnSpeedInKilometresAnHourIsWarnedOf) {
   const auto fast = run_site(test::bytes_of(site()) + "ego: {speed_mps: 45}\n");
   EXPECT_EQ(fast.code, 0);
