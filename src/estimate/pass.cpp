@@ -76,9 +76,40 @@ void keep_own_light(PowerSeries& series, double others_w) {
   series.background_std_w = std::hypot(series.background_std_w, others_w);
 }
 
-Outcome<KnownLight> light_of_pass(const PowerPass& pass, const Site& site, const PowerTrace& trace,
-                                  const Abreast& abreast) {
+// At its peak brighter than a lamp abreast may be by the law and what is not known of its gain and
+// of its place, by how many times.
+std::optional<double> times_too_bright(const PowerCase& known, double peak_w) {
+  constexpr double kSigmas = 3.0;
+  if (known.bend != 0.0) return std::nullopt;
+  const double d_m = known.perpendicular_m(), exponent = known.law.path_loss_exponent;
+  const double aside_m = known.lateral_m.mean - known.receiver_m.y();
+  const double below_m = known.receiver_m.z() - known.lamp_height_m.mean;
+  const double log_std =
+      std::hypot(known.log_gain_std, exponent * aside_m * known.lateral_m.std / (d_m * d_m),
+                 exponent * below_m * known.lamp_height_m.std / (d_m * d_m));
+  const double times = peak_w / (known.law.gain_w * std::pow(d_m, -exponent));
+  return times > std::exp(kSigmas * log_std) ? std::optional(times) : std::nullopt;
+}
+
+// Leaves what is the vehicle's alone, or says why that is too little.
+std::optional<Miss> lack_of_own_light(VehicleLight& light, double others_w) {
   constexpr double kShortest_s = 0.1;
+  constexpr std::size_t kFewest = 10;
+  const PowerSeries& series = light.series;
+  if (series.time_s.size() < kFewest) return Miss::too_few_samples;
+  if (others_w > 0.0) {
+    keep_own_light(light.series, others_w);
+    light.cleared = light.series;  // light of others is no level that a fit could tell
+    if (series.time_s.size() < kFewest) return Miss::several_vehicles;
+  }
+  if (series.time_s.back() - series.time_s.front() < kShortest_s) return Miss::too_short;
+  return std::nullopt;
+}
+
+Outcome<KnownLight> light_of_pass(const SeenPass& seen, const Site& site, const Abreast& abreast,
+                                  std::vector<std::string>& warnings) {
+  const PowerPass& pass = seen.pass;
+  const PowerTrace& trace = *seen.trace;
   if (abreast.lanes.empty() && !site.road.lanes.empty()) return Miss::outside_model;
   if (abreast.lanes.empty() || !site.lamps.height_m) return Miss::no_scale;
   const auto known =
@@ -92,15 +123,18 @@ Outcome<KnownLight> light_of_pass(const PowerPass& pass, const Site& site, const
       site.photodiodes.at(static_cast<std::size_t>(trace.photodiode)).time_offset_s.mean;
   found.light = vehicle_light(trace, site, found.known, pass.from_s + offset_s,
                               pass.peak_s + offset_s, nullptr);
-  const PowerSeries& series = found.light.series;
-  constexpr std::size_t kFewest = 10;
-  if (series.time_s.size() < kFewest) return Miss::too_few_samples;
-  if (pass.others_w > 0.0) {
-    keep_own_light(found.light.series, pass.others_w);
-    found.light.cleared = found.light.series;  // light of others is no level that a fit could tell
-    if (series.time_s.size() < kFewest) return Miss::several_vehicles;
-  }
-  if (series.time_s.back() - series.time_s.front() < kShortest_s) return Miss::too_short;
+  const auto lack = lack_of_own_light(found.light, pass.others_w);
+  constexpr double kNoiseSigmas = 5.0;
+  const auto times =
+      times_too_bright(found.known, seen.peak_w - kNoiseSigmas * trace.noise_sigma_w);
+  if (times)
+    warnings.push_back(
+        "its light is up to " + fixed_text(*times, 1) +
+        " times that of a lamp abreast of the photodiode as the channel tells it, and a speed "
+        "from it too low: check channel.gain_db and lamp_power_w, the unit of the trace (W, A, "
+        "V), responsivity_a_per_w and transimpedance_v_per_a");
+  // Where it seems to be nearer than the lane is, no light is left.
+  if (lack) return times ? Miss::outside_model : *lack;
   return found;
 }
 
@@ -244,8 +278,11 @@ void stand_by_surest(const std::vector<Found>& methods, VehicleResult& result) {
     result.warnings.push_back(
         std::string(name_of(result.method)) + " gives " +
         fixed_text(kmh_from_mps(result.speed.speed_mps), 0) +
-        " km/h, faster than vehicles drive; check the photodiodes' positions (metres) and t_s "
-        "(seconds)");
+        " km/h, faster than vehicles drive; check the photodiodes' positions (metres), t_s "
+        "(seconds), " +
+        (result.method == Method::delay_photodiodes
+             ? "and that both are sampled at the same times"
+             : "channel.gain_db and lamp_power_w, and the unit of the trace (W, A, V)"));
     return;
   }
   // Slow is what a law says of light that hardly changes, whatever it comes of.
@@ -307,7 +344,7 @@ VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site&
         "the record ends or stops before the vehicle is past: the light of others behind it is not "
         "known");
   const auto light = pulsed || stops ? Outcome<KnownLight>(Miss::outside_model)
-                                     : light_of_pass(pass, site, trace, abreast);
+                                     : light_of_pass(seen, site, abreast, result.warnings);
   std::vector<Found> methods{
       power_method(curved ? Method::curved_angle_photodiode : Method::power_slope_photodiode, light,
                    &VehicleLight::cleared, power_speed),

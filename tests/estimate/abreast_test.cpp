@@ -27,6 +27,30 @@ std::vector<PowerTrace> traces_of(const std::vector<Driven>& vehicles, Random& r
   });
 }
 
+// Milliwatts in a column of watts.
+TEST(Pass, LightThatNoLampInTheLaneGivesNamesGainAndUnit) {
+  Site site = simulated::two_photodiodes(2.0);
+  site.photodiodes.resize(1);
+  site.channel = ChannelSite{};
+  site.channel->gain_db = Uncertain{20.0, 1.0};
+  site.channel->path_loss_exponent = Uncertain{2.0, 0.02};
+  for (const float factor : {1.0F, 1000.0F}) {
+    Random random(4);
+    auto traces = traces_of({{20.0, 27.0}}, random);
+    for (float& power_w : traces[0].power_w) power_w *= factor;
+    traces[0].noise_sigma_w *= factor;
+    const auto result = estimate_pass({.from_s = 0.0, .to_s = 4.2, .peak_s = 3.99}, 1, site,
+                                      std::span(traces).first(1));
+    const bool told = std::ranges::any_of(result.warnings, [](const std::string& warning) {
+      return warning.find("channel.gain_db") != std::string::npos &&
+             warning.find("the unit of the trace") != std::string::npos;
+    });
+    EXPECT_EQ(told, factor > 1.0F) << factor;
+    EXPECT_EQ(result.withheld == Miss::outside_model, factor > 1.0F) << factor;
+    EXPECT_EQ(result.withheld.has_value(), factor > 1.0F) << factor;
+  }
+}
+
 // The reason is the photodiodes', though the power methods come first and want a gain.
 TEST(Pass, PhotodiodesThatDenyTheirGainsAreNamed) {
   Random random(4);
