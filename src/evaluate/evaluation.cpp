@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/quantity.h"
+#include "evaluate/frame_rates.h"
 #include "evaluate/matching.h"
 
 namespace vildar {
@@ -116,6 +117,10 @@ void count(Evaluation& result) {
   result.speed = speed_statistics(pairs);
 }
 
+std::ptrdiff_t matched(const Matching& matching) {
+  return std::ranges::count_if(matching.run_of_truth, [](const auto& run) { return !!run; });
+}
+
 }  // namespace
 
 std::optional<SpeedPair> VehicleScore::pair() const {
@@ -127,13 +132,25 @@ Evaluation evaluate(const std::vector<TruthVehicle>& truth, const RunFolder& run
                     const EvaluateOptions& options) {
   Evaluation result;
   result.notes = run.notes;
-  const Matching matching = match(truth, run.vehicles);
+  Matching matching = match(truth, run.vehicles);
+  const auto by_time = numbered_by_time(truth, run.vehicles);
+  bool other_rate = false;
+  if (by_time) {
+    Matching then = match(truth, *by_time);
+    other_rate = matched(then) > matched(matching);
+    if (other_rate) matching = std::move(then);
+  }
+  const std::vector<RunVehicle>& vehicles = other_rate ? *by_time : run.vehicles;
+  if (other_rate)
+    result.notes.push_back(
+        "the frames of the run have another rate than those of truth_tracks.csv: matched by time, "
+        "tracking is not scored");
   result.matched_by_image = matching.by_image;
   const bool truth_has_pixels = has_pixels(truth);
 
   SquareSum azimuth_rad, range_m;
   std::map<std::string, std::vector<SpeedPair>> method_pairs;
-  std::vector<const TruthVehicle*> truth_of_run(run.vehicles.size(), nullptr);
+  std::vector<const TruthVehicle*> truth_of_run(vehicles.size(), nullptr);
   for (std::size_t i = 0; i < truth.size(); ++i) {
     if (!matching.run_of_truth[i]) {
       VehicleScore& score = result.vehicles.emplace_back();
@@ -142,7 +159,7 @@ Evaluation evaluate(const std::vector<TruthVehicle>& truth, const RunFolder& run
       score.outcome = in_view(truth[i], truth_has_pixels) ? Fate::missed : Fate::not_in_view;
       continue;
     }
-    const RunVehicle& vehicle = run.vehicles[*matching.run_of_truth[i]];
+    const RunVehicle& vehicle = vehicles[*matching.run_of_truth[i]];
     truth_of_run[*matching.run_of_truth[i]] = &truth[i];
     VehicleScore& score = result.vehicles.emplace_back(score_of(truth[i], vehicle));
     SquareSum own_azimuth_rad, own_range_m;
@@ -151,8 +168,8 @@ Evaluation evaluate(const std::vector<TruthVehicle>& truth, const RunFolder& run
     score.range_rms_m = own_range_m.rms();
     compare_places(truth[i], vehicle, options, azimuth_rad, range_m);
   }
-  for (std::size_t j = 0; j < run.vehicles.size(); ++j) {
-    const RunVehicle& vehicle = run.vehicles[j];
+  for (std::size_t j = 0; j < vehicles.size(); ++j) {
+    const RunVehicle& vehicle = vehicles[j];
     score_methods(vehicle, truth_of_run[j], result.methods, method_pairs);
     if (truth_of_run[j] != nullptr || !vehicle.outcome.speed) continue;
     VehicleScore& score = result.vehicles.emplace_back();
@@ -170,8 +187,8 @@ Evaluation evaluate(const std::vector<TruthVehicle>& truth, const RunFolder& run
   for (auto& [name, score] : result.methods) score.speed = speed_statistics(method_pairs[name]);
   result.azimuth_rms_rad = azimuth_rad.rms();
   result.range_rms_m = range_m.rms();
-  if (matching.by_image || (truth_has_pixels && run.vehicles.empty()))
-    result.tracking = tracking_scores(tracking_frames(truth, run.vehicles));
+  if (!other_rate && (matching.by_image || (truth_has_pixels && vehicles.empty())))
+    result.tracking = tracking_scores(tracking_frames(truth, vehicles));
   if (result.without_truth > 0)
     result.notes.push_back(std::to_string(result.without_truth) +
                            " measured speeds hold at a time that truth does not reach");

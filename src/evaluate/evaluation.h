@@ -64,7 +64,7 @@ struct Evaluation {
   SpeedStatistics speed;
   std::optional<double> azimuth_rms_rad, range_rms_m;
   std::map<std::string, MethodScore> methods;
-  std::optional<TrackingScores> tracking;  ///< absent where truth or run has no pixels
+  std::optional<TrackingScores> tracking;  ///< absent without pixels or with other frame rates
   std::vector<std::string> notes;
 };
 

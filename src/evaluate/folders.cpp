@@ -95,7 +95,7 @@ void read_tracks(const std::filesystem::path& file, RunFolder& run, IndexOf& ind
       vehicle.t_last_s = std::max(vehicle.t_last_s, t_s);
     }
     vehicle.sightings.push_back({frame, lamp_pixels(csv), csv.optional_number("azimuth_rad"),
-                                 csv.optional_number("range_m")});
+                                 csv.optional_number("range_m"), t_s});
   }
   for (RunVehicle& vehicle : run.vehicles)
     std::ranges::sort(vehicle.sightings, {}, &RunSighting::frame);

@@ -44,6 +44,7 @@ struct RunSighting {
   std::int64_t frame = 0;
   LampPixels lamps;
   std::optional<double> azimuth_rad, range_m;
+  std::optional<double> t_s = {};
 };
 
 struct RunVehicle {

@@ -53,6 +53,39 @@ TEST(Evaluation, CountsEveryFate) {
                          Outcome::not_in_view, Outcome::false_speed, Outcome::duplicate}));
 }
 
+// A run of every second frame of the truth, whose lamps move on by their width in ten of these.
+TEST(Evaluation, FramesOfAnotherRateAreMatchedByTime) {
+  std::vector<TruthVehicle> truth{truth_at("one", 100, 0, 39)};
+  for (TruthSighting& sighting : truth[0].sightings)
+    sighting.lamps = pair_at(100.0 + 4.0 * static_cast<double>(sighting.frame), 500.0);
+  RunFolder run;
+  run.vehicles = {measured(run_at("1", 0, 0, 19), 1.0, 20.0)};
+  for (RunSighting& sighting : run.vehicles[0].sightings) {
+    sighting.t_s = 0.2 * static_cast<double>(sighting.frame);
+    sighting.lamps = pair_at(100.0 + 8.0 * static_cast<double>(sighting.frame), 500.0);
+  }
+  const Evaluation result = evaluate(truth, run);
+  EXPECT_EQ(result.vehicles[0].outcome, Outcome::measured);
+  EXPECT_EQ(result.matched, 1U);
+  EXPECT_EQ(result.false_speeds, 0U);
+  EXPECT_FALSE(result.tracking);
+  ASSERT_EQ(result.notes.size(), 1U);
+  EXPECT_NE(result.notes[0].find("matched by time"), std::string::npos) << result.notes[0];
+}
+
+// Frames that are missing while the stamps go on as if none were: the numbers are right.
+TEST(Evaluation, FramesWhoseStampsAreOffAreMatchedByTheirNumbers) {
+  const Night night;
+  RunFolder late = night.run;
+  for (RunVehicle& vehicle : late.vehicles)
+    for (RunSighting& sighting : vehicle.sightings)
+      sighting.t_s = 0.08 * static_cast<double>(sighting.frame);
+  const Evaluation result = evaluate(night.truth, late);
+  EXPECT_EQ(result.matched, 2U);
+  EXPECT_TRUE(result.tracking);
+  EXPECT_TRUE(result.notes.empty());
+}
+
 TEST(Evaluation, ComparesSpeedsAtTheRunsOwnTime) {
   const Night night;
   const Evaluation result = evaluate(night.truth, night.run);
