@@ -93,6 +93,7 @@ void add_render(CLI::App& program, int& exit_code) {
           ->check(CLI::Range(1, 100'000))
           ->excludes(scenario);
   command->add_option("--seed", arguments->seed, "Of the random scenes; 1 when left out")
+      ->check(CLI::NonNegativeNumber)
       ->needs(random);
   command->add_option("--preset", arguments->preset, "Their family: " + preset_names())
       ->needs(random)

@@ -131,7 +131,8 @@ void add_simulate(CLI::App& program, int& exit_code) {
   command->add_option("--out,-o", arguments->out, "Folder for CSV, SVG and index.html");
   command->add_flag("--json", arguments->json, "Print numbers and files as JSON");
   option("--trials", o.trials, "Monte Carlo trials of every point");
-  option("--seed", o.seed, "Seed; the same seed gives the same numbers on any number of threads");
+  option("--seed", o.seed, "Seed; the same seed gives the same numbers on any number of threads")
+      ->check(CLI::NonNegativeNumber);
   option("--threads", o.threads, "Threads; 0: all");
   option("--speed-mps", o.speed_mps, "Speed, straight road");
   option("--start-range-m", o.start_range_m, "R_o, range at the start");

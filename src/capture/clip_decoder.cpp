@@ -82,6 +82,10 @@ void ClipDecoder::open(const std::filesystem::path& path) {
     throw InputError(
         path.string() + with_lines(": is not a video file that can be read", log_) +
         "; check that it was copied whole and is a clip, or recover it with the recorder's tool");
+  if (error == AVERROR_EOF)
+    throw InputError(path.string() +
+                     ": ends before its first frame; check that it was copied whole, or recover "
+                     "it with the recorder's tool");
   if (error < 0)
     throw InputError(path.string() + ": cannot be opened: " + error_text(error) +
                      "; check its permissions");

@@ -34,6 +34,12 @@ std::string number_text(double value) {
   return std::string(buffer.data(), result.ptr);
 }
 
+std::string told_number(double value) {
+  if (std::isnan(value)) return "nan";
+  if (std::isinf(value)) return value > 0.0 ? "inf" : "-inf";
+  return number_text(value);
+}
+
 std::string fixed_text(double value, int digits) {
   if (!std::isfinite(value)) return {};
   std::array<char, 400> buffer;

@@ -10,6 +10,9 @@ namespace vildar {
 /// files, so non-finite values give an empty text (an empty cell).
 std::string number_text(double value);
 
+/// The same for messages, in which what is not finite has its name.
+std::string told_number(double value);
+
 /// `value` with a fixed number of digits after the point; empty where it is not finite.
 std::string fixed_text(double value, int digits);
 

@@ -15,7 +15,7 @@ std::vector<std::string> Options::problems() const {
   std::vector<std::string> found;
   const auto need = [&](bool holds, const char* name, double value, const char* rule) {
     if (!holds)
-      found.push_back(std::string(name) + " = " + number_text(value) + ", must be " + rule);
+      found.push_back(std::string(name) + " = " + told_number(value) + ", must be " + rule);
   };
   const auto positive = [&](const char* name, double value) {
     need(value > 0.0 && std::isfinite(value), name, value, "above 0");

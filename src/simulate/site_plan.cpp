@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <tuple>
 
 #include "core/random.h"
 #include "core/text.h"
@@ -223,7 +224,7 @@ std::vector<std::string> PlanOptions::problems() const {
   std::vector<std::string> found;
   const auto positive = [&](const char* name, double value) {
     if (!(value > 0.0 && std::isfinite(value)))
-      found.push_back(std::string(name) + " = " + number_text(value) + ", must be > 0");
+      found.push_back(std::string(name) + " = " + told_number(value) + ", must be > 0");
   };
   for (const double speed_kmh : speeds_kmh) positive("speeds_kmh", speed_kmh);
   positive("frame_rate_hz", frame_rate_hz);
@@ -239,6 +240,18 @@ std::vector<std::string> PlanOptions::problems() const {
   at_most("farthest_m", farthest_m, 2e3);
   at_most("photodiode_rate_hz", photodiode_rate_hz, 1e6);
   if (!std::isfinite(photodiode_snr_db)) found.push_back("photodiode_snr_db must be a number");
+  if (!found.empty()) return found;
+  constexpr double kMostFrames = 20e3, kMostSamples = 1e6;  // some ten seconds each
+  for (const double speed_kmh : speeds_kmh) {
+    const double way_s = 3.6 * farthest_m / speed_kmh;
+    for (const auto& [what, rate_hz, most] : {std::tuple("frames", frame_rate_hz, kMostFrames),
+                                              {"samples", photodiode_rate_hz, kMostSamples}})
+      if (way_s * rate_hz > most)
+        found.push_back("speeds_kmh = " + number_text(speed_kmh) + ", takes " +
+                        fixed_text(way_s, 0) + " s over farthest_m, " +
+                        fixed_text(way_s * rate_hz, 0) + " " + what + "; must be at most " +
+                        number_text(most));
+  }
   return found;
 }
 

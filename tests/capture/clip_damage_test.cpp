@@ -91,6 +91,14 @@ TEST(ClipDamage, AnMp4WithoutItsIndexIsRefused) {
   expect_refused(spec.path, "moov");
 }
 
+TEST(ClipDamage, AMatroskaWithoutItsFramesIsRefused) {
+  const TemporaryFolder folder;
+  const ClipSpec spec = noisy_clip(folder.path() / "header.mkv", "libx264");
+  const std::string bytes = test::bytes_of(spec.path);
+  test::write_bytes(spec.path, bytes.substr(0, bytes.find("\x1f\x43\xb6\x75")));
+  expect_refused(spec.path, "ends before its first frame");
+}
+
 TEST(ClipDamage, TruncatedClipsAreUsedAsFarAsTheyGo) {
   const TemporaryFolder folder;
   for (const auto& [name, encoder] :

@@ -81,6 +81,15 @@ TEST_F(Cli, WrongUsageIsTwo) {
     EXPECT_EQ(empty.code, 2) << words;
     EXPECT_NE(empty.err.find("is empty"), std::string::npos) << empty.err;
   }
+  for (const char* words : {"render --random 1 --seed -1 --scenario-only --out there",
+                            "simulate straight-duration --seed -1 --out there"}) {
+    const auto negative = run(words);
+    EXPECT_EQ(negative.code, 2) << words;
+    EXPECT_NE(negative.err.find("--seed"), std::string::npos) << negative.err;
+  }
+  const Ran blank = run("simulate straight-duration --snr-db nan --out there");
+  EXPECT_EQ(blank.code, 2);
+  EXPECT_NE(blank.err.find("SNR = nan"), std::string::npos) << blank.err;
   const Ran nothing = run("run" + site() + out());
   EXPECT_EQ(nothing.code, 2);
   EXPECT_NE(nothing.err.find("neither a clip nor a photodiode"), std::string::npos) << nothing.err;

@@ -133,6 +133,11 @@ TEST(SitePlan, RefusesWhatItCannotPlan) {
   options.frame_rate_hz = 0.0;
   options.farthest_m = -1.0;
   EXPECT_EQ(options.problems().size(), 2U);
+  // Each vehicle would take half an hour of frames, or a gigabyte of samples.
+  EXPECT_EQ(PlanOptions{.speeds_kmh = {0.1}}.problems().size(), 2U);
+  EXPECT_EQ(PlanOptions{.photodiode_rate_hz = 1e6}.problems().size(), 4U);
+  EXPECT_TRUE((PlanOptions{.speeds_kmh = {1.0}}.problems().empty()));
+  EXPECT_TRUE((PlanOptions{.photodiode_rate_hz = 100e3}.problems().empty()));
 }
 
 }  // namespace
