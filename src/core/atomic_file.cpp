@@ -1,8 +1,11 @@
 #include "core/atomic_file.h"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <unistd.h>
 #include <cerrno>
+#include <charconv>
+#include <chrono>
 #include <cstring>
 #include <system_error>
 #include <utility>
@@ -28,6 +31,29 @@ void flush_to_disk(const fs::path& path) {
   if (result != 0) fail(path, "cannot be flushed to the disk", error);
 }
 
+// Siblings of the same file that a run left which was killed: of no process here, and, as a folder
+// may be shared with other machines and containers, not written to for a day.
+void remove_left_behind(const fs::path& folder, const fs::path& file) {
+  constexpr auto kLongSince = std::chrono::hours(24);
+  const std::string begin = "." + file.stem().string() + ".";
+  const std::string end = ".part" + file.extension().string();
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (name.size() <= begin.size() + end.size() || !name.starts_with(begin) ||
+        !name.ends_with(end))
+      continue;
+    const char* last = name.data() + name.size() - end.size();
+    pid_t process = 0;
+    const auto [stop, error] = std::from_chars(name.data() + begin.size(), last, process);
+    if (error != std::errc() || stop != last || process <= 0) continue;
+    if (::kill(process, 0) == 0 || errno != ESRCH) continue;
+    const auto written = entry.last_write_time(ignored);
+    if (!ignored && fs::file_time_type::clock::now() - written > kLongSince)
+      fs::remove(entry.path(), ignored);
+  }
+}
+
 }  // namespace
 
 AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
@@ -38,6 +64,7 @@ AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
   if (const auto status = fs::status(path_, error);
       fs::exists(status) && !fs::is_regular_file(status))
     throw OutputError(path_.string() + ": is a folder, a device or a pipe; choose another name");
+  remove_left_behind(folder, path_);
   // The extension stays last: libavformat picks the container by it.
   part_path_ = folder / ("." + path_.stem().string() + "." + std::to_string(::getpid()) + ".part" +
                          path_.extension().string());

@@ -1,9 +1,11 @@
 #include "core/atomic_file.h"
 
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <fstream>
 #include <iterator>
 
@@ -94,6 +96,26 @@ TEST(AtomicFile, APartThatWasTakenAwayIsAnOutputError) {
   std::filesystem::remove(file.part_path());
   EXPECT_THROW(file.commit(), OutputError);
   EXPECT_EQ(files_in(folder.path()), 0u);
+}
+
+// By runs that were killed; another that goes on, or one on another machine, keeps its own.
+TEST(AtomicFile, WhatKilledRunsLeftIsRemovedAfterADay) {
+  const TemporaryFolder folder;
+  constexpr int kNoProcess = 2'000'000'000;  // beyond what Linux numbers
+  const auto left = [&](const std::string& name, int process, int hours) {
+    const auto file = folder.path() / ("." + name + "." + std::to_string(process) + ".part.csv");
+    std::ofstream(file) << "a,b\n";
+    std::filesystem::last_write_time(
+        file, std::filesystem::file_time_type::clock::now() - std::chrono::hours(hours));
+    return file;
+  };
+  const auto killed = left("out", kNoProcess, 25), lately = left("out", kNoProcess + 1, 23),
+             living = left("out", ::getppid(), 25), other = left("out2", kNoProcess, 25);
+  write_file_atomically(folder.path() / "out.csv", "1,2\n");
+  EXPECT_FALSE(std::filesystem::exists(killed));
+  EXPECT_TRUE(std::filesystem::exists(lately));
+  EXPECT_TRUE(std::filesystem::exists(living));
+  EXPECT_TRUE(std::filesystem::exists(other));
 }
 
 }  // namespace
