@@ -52,10 +52,11 @@ double nearness(const VehicleSighting& sighting, bool single_lamp) {
 }
 
 std::optional<VehicleTrack> nearest_part(const VehicleTrack& track, const Site& site) {
-  const bool turns = site.ego && !site.ego->turns_known() &&
-                     (!site.ego->trace.empty() || site.ego->speed_mps.mean > 0.0);
   const auto& seen = track.sightings;
-  if (!turns || track.direction != Direction::receding || seen.empty()) return std::nullopt;
+  if (!site.ego || track.direction != Direction::receding || seen.empty()) return std::nullopt;
+  if ((site.ego->trace.empty() && site.ego->speed_mps.mean <= 0.0) ||
+      turns_told(*site.ego, {seconds_of(seen.front().time), seconds_of(seen.back().time)}))
+    return std::nullopt;
   const auto length_s = [](auto from, auto to) {
     return seconds_of(to->time) - seconds_of(from->time);
   };

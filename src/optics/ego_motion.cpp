@@ -79,8 +79,50 @@ HeadingSwings::Values HeadingSwings::way_s(double from_s, double to_s) const {
   return way_s(to_s) - way_s(from_s);
 }
 
+bool turns_told(const EgoSite& site, const TimeSpan& time) {
+  constexpr double kTimesNoise = 25.0, kUsualPerSigma = 0.6745;
+  constexpr std::size_t kFewest = 12;
+  // Of a random walk's integral over a time, about its line: the root mean square, over that of the
+  // walk's end and the time.
+  constexpr double kAboutLine = 0.0492;
+  if (!site.turns_known()) return false;
+  std::vector<double> times_s, rates_rad_per_s, way_m;
+  double speed_mps = 0.0, heading_rad = 0.0, left_m = 0.0;
+  for (const EgoSample& sample : site.trace) {
+    if (sample.time_s < time.from_s || sample.time_s > time.to_s) continue;
+    const double step_s = times_s.empty() ? 0.0 : sample.time_s - times_s.back();
+    heading_rad += step_s * sample.yaw_rate_rad_per_s;
+    left_m += step_s * sample.speed_mps * heading_rad;
+    speed_mps += sample.speed_mps;
+    times_s.push_back(sample.time_s);
+    rates_rad_per_s.push_back(sample.yaw_rate_rad_per_s);
+    way_m.push_back(left_m);
+  }
+  const std::size_t count = times_s.size();
+  if (count < kFewest) return true;
+  // Fourth differences of what turns a vehicle are nothing beside those of noise, whose variances
+  // add up to 70.
+  std::vector<double> differences;
+  for (std::size_t i = 2; i + 2 < count; ++i)
+    differences.push_back(std::abs(rates_rad_per_s[i - 2] - 4.0 * rates_rad_per_s[i - 1] +
+                                   6.0 * rates_rad_per_s[i] - 4.0 * rates_rad_per_s[i + 1] +
+                                   rates_rad_per_s[i + 2]) /
+                          std::sqrt(70.0));
+  const double noise_rad_per_s = median(std::move(differences)) / kUsualPerSigma;
+  const double lasts_s = times_s.back() - times_s.front();
+  const double step_s = lasts_s / static_cast<double>(count - 1);
+  const double noise_m = kAboutLine * speed_mps / static_cast<double>(count) * noise_rad_per_s *
+                         std::sqrt(step_s * lasts_s) * lasts_s;
+  const RobustLine line = least_deviations_line(times_s, way_m);
+  double squares_m2 = 0.0;
+  for (std::size_t i = 0; i < count; ++i) squares_m2 += std::pow(way_m[i] - line.at(times_s[i]), 2);
+  return std::sqrt(squares_m2 / static_cast<double>(count)) >= kTimesNoise * noise_m;
+}
+
 EgoMotion::EgoMotion(const EgoSite& site, const RoadSite& road, std::optional<Watched> watched)
-    : site_(site), moving_(true), turns_known_(site.turns_known()) {
+    : site_(site),
+      moving_(true),
+      turns_known_(watched ? turns_told(site, watched->time) : site.turns_known()) {
   if (road.radius_m) road_curvature_per_m_ = bend_of(road) / road.radius_m->mean;
   straight_m_ = road.straight_m.mean;
   if (turns_known_) curvature_per_m_ = road_curvature_per_m_;

@@ -65,6 +65,11 @@ struct TimeSpan {
   double from_s = 0.0, to_s = 0.0;
 };
 
+/// Whether a trace's yaw rates tell how the own vehicle goes from side to side in this time: by 25
+/// times what their own noise would make of its way, and more. Else they are no better than none,
+/// for a way of centimetres that passes for known is a base line for other vehicles' distance.
+bool turns_told(const EgoSite& site, const TimeSpan& time);
+
 /// Another vehicle, seen from the own one.
 struct Watched {
   TimeSpan time;

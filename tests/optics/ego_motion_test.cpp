@@ -8,6 +8,7 @@
 #include <Eigen/QR>
 
 #include "core/quantity.h"
+#include "core/random.h"
 
 namespace vildar {
 namespace {
@@ -255,6 +256,25 @@ TEST(EgoMotion, SwingsByTheErrorOfItsYawRates) {
     EXPECT_NEAR(by_swing[0].left_m, (high.left_m - low.left_m) / 0.02, 0.05);
     EXPECT_EQ(by_swing[1].heading_rad, 0.0);
   }
+}
+
+// One who keeps to the lane goes some centimetres from side to side; a bend is metres.
+TEST(TurnsTold, NotBeneathTheNoiseOfTheYawRates) {
+  const auto told = [](double swing_rad_per_s, double bend_rad_per_s, double noise_rad_per_s) {
+    Random random(3);
+    EgoSite ego{{25.0, 0.1}, {}, {}};
+    for (double t_s = 0.0; t_s < 6.0; t_s += 0.1)
+      ego.trace.push_back({t_s, 25.0,
+                           bend_rad_per_s + swing_rad_per_s * std::sin(kPi * t_s / 3.0) +
+                               noise_rad_per_s * random.normal()});
+    return turns_told(ego, {0.0, 6.0});
+  };
+  EXPECT_TRUE(told(0.003, 0.0, 0.0));
+  EXPECT_FALSE(told(0.003, 0.0, 0.002));
+  EXPECT_FALSE(told(0.003, 0.0, 0.0005));
+  EXPECT_TRUE(told(0.003, 0.12, 0.002));
+  EXPECT_TRUE(told(0.03, 0.0, 0.0005));
+  EXPECT_FALSE(told(0.0, 0.0, 0.0));
 }
 
 }  // namespace
