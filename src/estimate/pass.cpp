@@ -354,10 +354,10 @@ VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site&
         pulsed ? Found{{Method::delay_photodiodes, Miss::outside_model, 0, ""}, {}, {}, {}}
                : delay_method(seen, site, traces, abreast.lanes.size()));
   const bool clipped = mostly_clipped(pass, trace);
-  for (Found& found : methods)
-    if (const Miss* miss = std::get_if<Miss>(&found.row.speed);
+  for (Found& one : methods)
+    if (const Miss* miss = std::get_if<Miss>(&one.row.speed);
         clipped && miss && is_lack_of_light(*miss))
-      found.row.speed = Miss::saturated;
+      one.row.speed = Miss::saturated;
   stand_by_surest(methods, result);
   if (clipped && result.withheld && is_lack_of_light(*result.withheld))
     result.withheld = Miss::saturated;
