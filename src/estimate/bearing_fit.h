@@ -27,8 +27,8 @@ struct BearingFit {
 /// Misses: too_few_samples, too_short, no_scale, unobservable, not_converged, not_on_road.
 Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera, const Site& site);
 
-/// The same of a pair that changes lanes before a camera that stands: its speed along the road may
-/// change evenly, its place across it as the bearings ask for.
+/// The same of a pair that changes lanes: its speed along the road may change evenly, its place
+/// across it as the bearings ask for.
 /// Misses: bad_fit as well, where it would go across by more than from lane to lane.
 Outcome<BearingFit> fit_lane_change(const VehicleTrack& track, const Camera& camera,
                                     const Site& site);

@@ -88,37 +88,36 @@ TEST(LaneChange, AheadOfADashcamIsMeasuredToo) {
   EXPECT_GE(inside, 0.95 * measured - 3.0 * std::sqrt(0.95 * 0.05 * measured));
 }
 
-TEST(LaneChange, IsFollowedAcrossTheRoad) {
+Outcome<BearingFit> fit_of(double lateral_m, const simulated::LaneChange& change) {
   const Site site = two_lanes();
   Random random(4);
   Vehicle car;
   car.along_m = 80.0;
-  car.lateral_m = -7.5;
+  car.lateral_m = lateral_m;
   car.height_m = 0.65;
   car.separation_m = 1.2;
-  car.lane_change = {0.6, 2.5, 3.5};
-  const auto outcome = fit_lane_change(simulated::track_of(car, site, {.to_s = 3.4}, random),
-                                       Camera(*site.camera), site);
+  car.lane_change = change;
+  return fit_lane_change(simulated::track_of(car, site, {.to_s = 3.4}, random),
+                         Camera(*site.camera), site);
+}
+
+TEST(LaneChange, IsFollowedAcrossTheRoad) {
+  const simulated::LaneChange change{0.6, 2.5, 3.5};
+  const auto outcome = fit_of(-7.5, change);
   const auto* fit = std::get_if<BearingFit>(&outcome);
   ASSERT_NE(fit, nullptr);
   EXPECT_TRUE(fit->steady());
   for (double t_s = 0.1; t_s < 3.4; t_s += 0.3) {
     const MotionState state = fit->trajectory.at(t_s);
-    const double scale = state.range_m / car.along_at_m(t_s);  // all lengths have the lamps' sigmas
+    const double scale = state.range_m / (80.0 - 20.0 * t_s);  // lamps' lengths have sigmas
     EXPECT_NEAR(scale, 1.0, 0.1) << t_s;
-    EXPECT_NEAR(state.lateral_m / scale, -7.5 + car.lane_change.left_m(t_s), 0.15) << t_s;
+    EXPECT_NEAR(state.lateral_m / scale, -7.5 + change.left_m(t_s), 0.15) << t_s;
   }
 }
 
 TEST(LaneChange, IsNoneWhereItGoesFurtherThanALane) {
-  const Site site = two_lanes();
-  Random random(4);
-  Vehicle car;
-  car.along_m = 80.0;
-  car.lateral_m = -9.0;
-  car.lane_change = {0.3, 2.8, 7.0};
-  const auto outcome = fit_lane_change(simulated::track_of(car, site, {.to_s = 3.4}, random),
-                                       Camera(*site.camera), site);
+  EXPECT_TRUE(std::holds_alternative<BearingFit>(fit_of(-8.0, {0.3, 3.1, 4.0})));
+  const auto outcome = fit_of(-9.0, {0.3, 3.1, 5.6});
   ASSERT_TRUE(std::holds_alternative<Miss>(outcome));
   EXPECT_EQ(std::get<Miss>(outcome), Miss::bad_fit);
 }
