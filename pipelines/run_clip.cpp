@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "core/text.h"
+#include "detect/combing.h"
 #include "detect/detector.h"
 #include "estimate/frame_steps.h"
 #include "estimate/one_place.h"
@@ -229,6 +230,7 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
   Detector detector(detect, Response(*site.camera), site.camera->exposure_s, site.camera->psf);
   Tracker tracker(TrackOptions{}, site);
   RepeatedFrames repeated;
+  Combing combing;
   Measuring measuring(options, site, traces, tracks, measurement);
   Progress progress("measuring", clip.info().frames_declared, "frames");
   StageTimer timer(measurement.timings_s);
@@ -238,6 +240,7 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
     measurement.last_frame_s = seconds_of(frame->time);
     if (frame->damaged) continue;  // what it shows may never have been; a gap does no harm
     BlobFrame found = detector.detect(*frame);
+    combing.add(*frame, found.blobs);
     timer.charge("detect");
     if (repeated.repeats(found)) {
       measurement.repeated_frames.push_back(found.frame);
@@ -264,6 +267,7 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
   measuring.measure_before(kForever);
   timer.charge("estimate");
 
+  measurement.woven = combing.told();
   measurement.info = clip.info();
   measurement.counts = clip.counts();
   measurement.track_counts = tracker.counts();

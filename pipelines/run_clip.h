@@ -34,6 +34,7 @@ struct ClipMeasurement {
   FrameSteps::Tally frame_steps;
   BlackPictures black_pictures;
   std::vector<std::int64_t> repeated_frames;  ///< that show the frame before again
+  bool woven = false;  ///< the pictures are of two fields, though they do not say so
   std::int64_t blobs = 0;
   double last_frame_s = 0.0;
   std::vector<VehicleResult> vehicles;  ///< by track id

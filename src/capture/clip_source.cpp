@@ -204,7 +204,8 @@ std::optional<Frame> ClipSource::Impl::next() {
     else if (decoded->picture->key_frame != 0)
       after_damage = false;
     frame.damaged = after_damage;
-    const bool fields = decoded->picture->interlaced_frame != 0;
+    const bool said = decoded->picture->interlaced_frame != 0;
+    const bool fields = said || options.one_field;
     interlaced = interlaced || fields;
     if (decoded->damaged) {
       if (counts.frames_damaged++ == 0) first_damaged = frame.index;
@@ -218,8 +219,8 @@ std::optional<Frame> ClipSource::Impl::next() {
       if (counts.frames_of_other_size++ == 0) first_of_other_size = frame.index;
       continue;
     }
-    set_views(fields ? one_field_of(*readable, decoded->picture->top_field_first != 0) : readable,
-              frame);
+    const bool top = !said || decoded->picture->top_field_first != 0;
+    set_views(fields ? one_field_of(*readable, top) : readable, frame);
     if (!frame.damaged && !fields) frame.luma.row_maxima = row_maxima_of(*readable);
     return frame;
   }
@@ -266,9 +267,10 @@ void ClipSource::Impl::finish() {
          (info.frames_declared ? " of " + number(*info.frames_declared) + " declared" : "") +
          "; copy the clip from the recorder again");
   if (interlaced)
-    warn(
-        "is interlaced: odd and even rows were taken at different times, and those of the later "
-        "half are not read; record progressive video");
+    warn(std::string("is interlaced") + (options.one_field ? " without a word of it" : "") +
+         ": odd and even rows were taken at different times, and " +
+         (options.one_field ? "the odd ones" : "those of the later half") +
+         " are not read; record progressive video");
 }
 
 ClipSource::ClipSource(std::filesystem::path path, ClipOptions options) {

@@ -18,6 +18,8 @@ struct ClipOptions {
   /// Faster, and off by at most a few codes; honoured for H.264 only, where the change is below
   /// what the codec itself does to a lamp.
   bool skip_loop_filter = false;
+  /// Reads the top field of every picture alone, as of those that say that they are interlaced.
+  bool one_field = false;
 
   /// Every violation, each with field, value and rule.
   std::vector<std::string> problems() const;
