@@ -72,10 +72,36 @@ void let_springs_work(GeometryProblem& problem) {
   }
 }
 
+// What is unknown of the own vehicle's turns, left out: they and another's lane change look alike.
+void drive_straight(GeometryProblem& problem) {
+  std::fill(problem.ego_unknowns.end() - kOwnSwings, problem.ego_unknowns.end(), Uncertain{});
+}
+
+// A pair that goes from lane to lane, by one that drives straight. A fit in one lane would go far
+// astray: it takes the way across for one along the road.
+Outcome<GeometryFit> fit_crossing(GeometryProblem problem, int frames, const PathVector& start,
+                                  std::vector<AccelerationStep>& steps) {
+  constexpr int kMostRounds = 24;
+  constexpr double kSettled = 0.1;  // of the cost
+  drive_straight(problem);
+  problem.setting.steps.clear();
+  GeometryFit fit;
+  fit.parameters = start;
+  double cost = INFINITY;
+  for (int round = 0; round < kMostRounds; ++round) {
+    const auto now = geometry_cost(problem, fit.parameters);
+    if (!now || *now > cost - kSettled) break;
+    cost = *now;
+    if (!find_motion_change(problem, fit, frames, Along::across)) break;
+  }
+  steps = problem.setting.steps;
+  return fit_geometry(problem, fit.parameters);
+}
+
 // Best of the fits from all starts, tried in the order of their costs; the first that explains the
 // data is taken without trying the others.
 Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView& view,
-                                     const RoadSite& road, const EgoMotion& ego) {
+                                     const RoadSite& road, const EgoMotion& ego, Along wanders) {
   const NominalSizes sizes = nominal_sizes(problem);
   auto paths = rough_paths(view, problem.setting, sizes);
   // From low down one lamp may be seen above where the horizon is told to be.
@@ -113,10 +139,15 @@ Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView&
   const double explained = 4.0 * static_cast<double>(problem.lamps.size());
   Outcome<GeometryFit> best = Miss::not_converged;
   for (const auto& [cost, start] : starts) {
-    const auto outcome = fit_geometry(problem, start);
+    std::vector<AccelerationStep> steps;
+    const auto outcome = wanders == Along::across ? fit_crossing(problem, view.frames, start, steps)
+                                                  : fit_geometry(problem, start);
     const GeometryFit* fit = std::get_if<GeometryFit>(&outcome);
     const GeometryFit* known = std::get_if<GeometryFit>(&best);
-    if (!known || (fit && fit->cost < known->cost)) best = outcome;
+    if (!known || (fit && fit->cost < known->cost)) {
+      best = outcome;
+      problem.setting.steps = std::move(steps);
+    }
     if (fit && fit->cost < explained) break;
   }
   return best;
@@ -203,7 +234,7 @@ Outcome<BearingFit> fit_way(const VehicleTrack& track, const Camera& camera, con
         lateral_from_camera_m(*lane, site, found.readings.front(), view.pairs());
     seen.lane = lane->id;
   }
-  const auto outcome = fit_from_starts(problem, view, site.road, seen.ego);
+  const auto outcome = fit_from_starts(problem, view, site.road, seen.ego, wanders);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   seen.fit = std::get<GeometryFit>(outcome);
   // All that was seen judges the fit, also what it leaves out.
@@ -233,7 +264,7 @@ Outcome<BearingFit> fit_way(const VehicleTrack& track, const Camera& camera, con
   // leaves far off no lamp of it.
   constexpr int kRounds = 2, kMostSettling = 24;
   constexpr double kSettled = 1e-4;  // relative, of the range
-  // Of a lane change the first fit knows nothing.
+  // Of the own turns beside a lane change the first fit knows nothing.
   for (int round = 0; wanders == Along::across && round < kMostSettling; ++round) {
     const double before = seen.fit.parameters[kLogScale];
     let_wander(quick);
@@ -265,7 +296,7 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
 
 Outcome<BearingFit> fit_lane_change(const VehicleTrack& track, const Camera& camera,
                                     const Site& site) {
-  constexpr double kMost_m = 5.0, kMost_mps = 3.0;
+  const double kMost_m = site.ego ? 10.0 : 5.0, kMost_mps = site.ego ? 5.0 : 3.0;
   constexpr int kLooks = 20;
   auto outcome = fit_way(track, camera, site, Along::across);
   const BearingFit* found = std::get_if<BearingFit>(&outcome);

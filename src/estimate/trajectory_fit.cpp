@@ -162,12 +162,22 @@ std::vector<SteadyPart> steady_parts(const VehicleTrack& track, const Camera& ca
   return found;
 }
 
+// A pair that changes lanes, where that explains more than a fit in one lane, which leaves its
+// sigmas to grow by so much. Of one ahead of a camera that drives, of whose way not all is known,
+// it need not explain all.
 std::optional<BearingFit> changes_lanes(const VehicleTrack& track, const Camera& camera,
-                                        const Site& site) {
+                                        const Site& site, double in_lane_factor) {
+  constexpr double kFarLess = 0.5;
   if (track.single_lamp) return std::nullopt;
   auto outcome = fit_lane_change(track, camera, site);
   BearingFit* fit = std::get_if<BearingFit>(&outcome);
-  return fit && fit->steady() ? std::optional(std::move(*fit)) : std::nullopt;
+  if (!fit) return std::nullopt;
+  const double factor = fit->check.sigma_factor.maxCoeff();
+  const bool ahead = site.ego && track.direction == Direction::receding;
+  const bool better = fit->steady()
+                          ? factor < in_lane_factor
+                          : ahead && fit->explains() && factor < kFarLess * in_lane_factor;
+  return better ? std::optional(std::move(*fit)) : std::nullopt;
 }
 
 // The surest of the longest that prove something, if any.
@@ -300,20 +310,27 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
         "check their sign and road.turn");
     return Miss::not_on_road;
   }
+  const bool ahead = site.ego && track.direction == Direction::receding;
   auto outcome = fit_bearings(track, camera, site);
-  if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
+  const auto in_another_lane = [&](double in_lane_factor) {
+    auto changing = changes_lanes(track, camera, site, in_lane_factor);
+    if (!changing) return false;
+    outcome = std::move(*changing);
+    warnings.push_back("it changes lanes in view");
+    return true;
+  };
+  if (const Miss* miss = std::get_if<Miss>(&outcome);
+      miss && !(ahead && *miss == Miss::not_converged && in_another_lane(INFINITY)))
+    return *miss;
   BearingFit& first = std::get<BearingFit>(outcome);
-  if (!first.steady()) {
+  constexpr double kDoubtful = 2.0;
+  const double factor = first.check.sigma_factor.maxCoeff();
+  const bool doubtful = !first.steady() || factor > kDoubtful;
+  const bool crosses = ahead && doubtful && in_another_lane(factor);
+  if (!crosses && !first.steady()) {
     auto parts = steady_parts(track, camera, site);
     BearingFit* best = best_of(parts);
-    if (!best) {
-      if (auto changing = changes_lanes(track, camera, site)) {
-        first = std::move(*changing);
-        warnings.push_back("it changes lanes in view");
-      } else if (!first.explains()) {
-        return Miss::bad_fit;
-      }
-    }
+    if (!best && (ahead || !in_another_lane(factor)) && !first.explains()) return Miss::bad_fit;
     if (best) {
       Discord most;
       for (const SteadyPart& one : parts) {

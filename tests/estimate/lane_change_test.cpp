@@ -50,10 +50,14 @@ TEST(LaneChange, IsMeasuredAndItsSpeedLiesInItsInterval) {
   EXPECT_LT(std::sqrt(squares / measured), 1.3);
 }
 
-// Ahead of a camera that drives what is not known of the own way takes it up.
-TEST(LaneChange, AheadOfADashcamIsMeasuredToo) {
-  constexpr int kTrials = 24;
-  constexpr double kOwn_mps = 25.0;
+struct Tally {
+  int measured = 0, inside = 0;
+  double worst_sigmas = 0.0;
+};
+
+// Vehicles ahead of a camera that drives straight, each going aside by so much.
+Tally ahead_of_a_dashcam(int trials, double aside_m, bool yaw_rates) {
+  constexpr double kOwn_mps = 25.0, kTold_radps = 1e-6;
   Site site = simulated::mast_site(1.3);
   site.camera->pitch_rad = {0.0, 0.005};
   site.road.lanes = {{"right", {-3.5, 0.3}, 3.5, Direction::receding},
@@ -62,30 +66,48 @@ TEST(LaneChange, AheadOfADashcamIsMeasuredToo) {
   site.lamps.tail_height_m = Uncertain{0.8, 0.15};
   site.lamps.tail_separation_m = Uncertain{1.2, 0.2};
   site.ego = EgoSite{{kOwn_mps, 0.2}, {}, {}};
+  for (double t_s = -0.5; yaw_rates && t_s < 6.0; t_s += 0.1)
+    site.ego->trace.push_back({t_s, kOwn_mps, kTold_radps});
   simulated::View view{.to_s = 5.0};
   view.ego_mps = kOwn_mps;
   Random random(5);
-  int measured = 0, inside = 0;
-  for (int i = 0; i < kTrials; ++i) {
+  Tally tally;
+  for (int i = 0; i < trials; ++i) {
     const double faster_mps = random.uniform(-3.0, 6.0);
     Vehicle car;
     car.speed_mps = -(kOwn_mps + faster_mps);
     car.along_m = faster_mps > 0.0 ? random.uniform(15.0, 30.0) : random.uniform(30.0, 50.0);
-    car.lateral_m = random.normal(0.0, 0.3);
+    const double to_left_m = random.uniform(0.0, 1.0) < 0.5 ? aside_m : -aside_m;
+    car.lateral_m = random.normal(aside_m > 3.5 ? -0.5 * to_left_m : 0.0, 0.3);
     car.height_m = random.normal(0.8, 0.15);
     car.separation_m = random.normal(1.2, 0.2);
-    car.lane_change = {random.uniform(0.0, 2.5), random.uniform(3.0, 5.0),
-                       random.uniform(0.0, 1.0) < 0.5 ? 3.5 : -3.5};
+    car.lane_change = {random.uniform(0.0, 2.5), random.uniform(3.0, 5.0), to_left_m};
     VehicleTrack track = simulated::track_of(car, site, view, random);
     track.direction = Direction::receding;
     track.kind = LampKind::taillamp;
     const VehicleResult result = estimate_vehicle(track, site, {}).result;
     if (result.withheld) continue;
-    ++measured;
-    inside += -car.speed_mps > result.speed.lo95_mps && -car.speed_mps < result.speed.hi95_mps;
+    const SpeedEstimate& speed = result.speed;
+    const double truth_mps = std::hypot(car.speed_mps, car.lane_change.left_mps(speed.time_s));
+    ++tally.measured;
+    tally.inside += truth_mps > speed.lo95_mps && truth_mps < speed.hi95_mps;
+    tally.worst_sigmas =
+        std::max(tally.worst_sigmas, std::abs(speed.speed_mps - truth_mps) / speed.std_mps);
   }
-  EXPECT_GE(measured, kTrials * 9 / 10);
-  EXPECT_GE(inside, 0.95 * measured - 3.0 * std::sqrt(0.95 * 0.05 * measured));
+  return tally;
+}
+
+TEST(LaneChange, AheadOfADashcamIsMeasuredToo) {
+  constexpr int kTrials = 12;
+  for (const double aside_m : {3.5, 7.0})
+    for (const bool yaw_rates : {false, true}) {
+      const Tally tally = ahead_of_a_dashcam(kTrials, aside_m, yaw_rates);
+      const auto measured = static_cast<double>(tally.measured);
+      EXPECT_GE(tally.measured, kTrials * 8 / 10) << aside_m << " m, " << yaw_rates;
+      EXPECT_GE(tally.inside, 0.95 * measured - 3.0 * std::sqrt(0.95 * 0.05 * measured))
+          << aside_m << " m, " << yaw_rates;
+      EXPECT_LT(tally.worst_sigmas, 3.5) << aside_m << " m, " << yaw_rates;
+    }
 }
 
 Outcome<BearingFit> fit_of(double lateral_m, const simulated::LaneChange& change) {
