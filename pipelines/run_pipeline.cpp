@@ -110,7 +110,7 @@ void note_missing_frames(const RunOptions& options, const FrameSteps::Tally& ste
 
 void note_repeated_frames(const RunOptions& options, const ClipMeasurement& measurement,
                           RunSummary& summary) {
-  constexpr double kShareToTellOf = 0.05;
+  constexpr double kShareToTellOf = 0.1;
   const std::int64_t repeated = std::ssize(measurement.repeated_frames);
   const std::int64_t read = measurement.counts.frames_read;
   summary.counts["frames_repeated"] = repeated;

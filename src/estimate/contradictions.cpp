@@ -45,7 +45,7 @@ void check_sensors(std::span<const Trajectory> trajectories, VehicleResult& resu
     const Miss* miss = std::get_if<Miss>(&row.speed);
     return row.method == Method::fused && miss && *miss == Miss::bad_fit;
   });
-  for (const MethodResult& row : result.methods) {
+  for (MethodResult& row : result.methods) {
     const auto* speed = std::get_if<SpeedEstimate>(&row.speed);
     if (!speed || !of_photodiode(row.method)) continue;
     const SpeedEstimate camera = mixed_speed(trajectories, speed->time_s);
@@ -56,6 +56,8 @@ void check_sensors(std::span<const Trajectory> trajectories, VehicleResult& resu
                               ") disagree beyond their intervals; check the channel and the lamps");
     if (!reconciled && !(denied && by_law(row.method)) && speed->std_mps < kSurer * camera.std_mps)
       result.withheld = Miss::sensors_contradict;
+    // By lamps unlike the law, which the joint fit lets them be.
+    if (reconciled && by_law(row.method)) row.speed = Miss::outside_model;
   }
 }
 

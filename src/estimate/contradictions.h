@@ -10,7 +10,8 @@ namespace vildar {
 /// Compares the photodiode's own speeds with the camera's at their times. One beyond both intervals
 /// is a warning; and where light and bearings could not be fitted together either, and the
 /// photodiode's sigma is not much the larger, neither sensor can be trusted over the other and the
-/// speed is withheld as sensors_contradict. `result` holds a speed from `trajectories`.
+/// speed is withheld as sensors_contradict. Where they could, a row that rests on the power law is
+/// withheld as outside_model. `result` holds a speed from `trajectories`.
 void check_sensors(std::span<const Trajectory> trajectories, VehicleResult& result);
 
 /// Whether two speeds of one time lie apart beyond their intervals.

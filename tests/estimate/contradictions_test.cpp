@@ -45,10 +45,19 @@ TEST(Contradictions, TheCameraStandsAgainstAMuchLessSureLight) {
   EXPECT_FALSE(result.withheld);
 }
 
+// What rests on the law alone is then no speed; a delay rests on none.
 TEST(Contradictions, WhereLightAndBearingsFitTogetherTheLawIsWrongAndNotTheLight) {
-  const auto result = beside(Method::fused, Method::power_slope_photodiode, 15.0, 0.3);
-  EXPECT_EQ(result.warnings.size(), 1U);
-  EXPECT_FALSE(result.withheld);
+  for (const Method method :
+       {Method::power_slope_photodiode, Method::ml_photodiode, Method::delay_photodiodes}) {
+    const auto result = beside(Method::fused, method, 15.0, 0.3);
+    EXPECT_EQ(result.warnings.size(), 1U) << name_of(method);
+    EXPECT_FALSE(result.withheld) << name_of(method);
+    const Miss* miss = std::get_if<Miss>(&result.methods.front().speed);
+    EXPECT_EQ(miss != nullptr, method != Method::delay_photodiodes) << name_of(method);
+    if (miss) {
+      EXPECT_EQ(*miss, Miss::outside_model) << name_of(method);
+    }
+  }
 }
 
 // A delay rests on no law: that the power fits badly says nothing of it.
