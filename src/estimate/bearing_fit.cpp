@@ -128,11 +128,12 @@ Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView&
   problem.setting.ego_unsure =
       std::ranges::any_of(problem.ego_unknowns, [](const Uncertain& one) { return one.std > 0.0; });
   std::vector<std::pair<double, PathVector>> starts;
-  for (const RoughPath& path : paths) {
-    const auto start = start_of(path, problem, road, ego, sizes);
-    const auto cost = start ? geometry_cost(problem, *start) : std::nullopt;
-    if (cost) starts.emplace_back(*cost, *start);
-  }
+  for (const RoughPath& path : paths)
+    for (const Look look : {Look::as_told, Look::by_path}) {
+      const auto start = start_of(path, problem, road, ego, sizes, look);
+      const auto cost = start ? geometry_cost(problem, *start) : std::nullopt;
+      if (cost) starts.emplace_back(*cost, *start);
+    }
   if (starts.empty()) return Miss::not_on_road;
   std::sort(starts.begin(), starts.end(),
             [](const auto& a, const auto& b) { return a.first < b.first; });

@@ -1,6 +1,7 @@
 #include "estimate/path_start.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 
@@ -49,6 +50,26 @@ RoughPath scaled(const std::vector<Rays>& rays, Scale scale_of) {
   return path;
 }
 
+// Of values along a way, each by its weight, the line that they lie on: its height and its slope.
+struct Line {
+  double at_zero = 0.0, slope = 0.0;
+};
+Line line_through(const std::vector<double>& value, const std::vector<double>& along,
+                  const std::vector<double>& weight) {
+  double w = 0.0, wx = 0.0, wxx = 0.0, wy = 0.0, wxy = 0.0;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    w += weight[i];
+    wx += weight[i] * along[i];
+    wxx += weight[i] * along[i] * along[i];
+    wy += weight[i] * value[i];
+    wxy += weight[i] * along[i] * value[i];
+  }
+  const double determinant = w * wxx - wx * wx;
+  if (!(determinant > 0.0)) return {median(value), 0.0};
+  const double slope = (w * wxy - wx * wy) / determinant;
+  return {(wy - slope * wx) / w, slope};
+}
+
 double weight_of(const RoughPoint& point) { return 1.0 / (1.0 + point.place_m.squaredNorm()); }
 
 }  // namespace
@@ -82,12 +103,12 @@ double reference_time_s(const RoughPath& path) {
 
 std::optional<PathVector> start_of(const RoughPath& path, const GeometryProblem& problem,
                                    const RoadSite& road, const EgoMotion& ego,
-                                   const NominalSizes& sizes) {
+                                   const NominalSizes& sizes, Look look) {
   const PathSetting& setting = problem.setting;
   const double reference_s = problem.reference_s;
   const double off_rad = problem.ego_unknowns[0].mean;
   double w = 0.0, wt = 0.0, wx = 0.0, wtt = 0.0, wtx = 0.0;
-  std::vector<double> lateral_m, drop_m, separation_m;
+  std::vector<double> lateral_m, drop_m, separation_m, forward_m, weights;
   for (const RoughPoint& point : path) {
     EgoDeviation moved = ego.deviation(reference_s, point.time_s);
     moved.heading_rad += off_rad;
@@ -109,6 +130,8 @@ std::optional<PathVector> start_of(const RoughPath& path, const GeometryProblem&
     wtx += weight * tau_s * along_m;
     lateral_m.push_back(place.lateral_m - setting.camera_m.y());
     drop_m.push_back(point.drop_m);
+    forward_m.push_back(along_m);
+    weights.push_back(weight);
     if (point.separation_m > 0.0) separation_m.push_back(point.separation_m);
   }
   const double determinant = w * wtt - wt * wt;
@@ -121,6 +144,17 @@ std::optional<PathVector> start_of(const RoughPath& path, const GeometryProblem&
   start[kClosingRate] = -rate_mps / distance_m;
   start[kLateral] = median(lateral_m) / distance_m;
   start[kDrop] = median(drop_m) / distance_m;
+  const std::array<Uncertain, 3>& turn_rad = problem.priors.turn_rad;
+  if (look == Look::by_path && turn_rad[0].std > 0.0) {
+    const Line line = line_through(lateral_m, forward_m, weights);
+    start[kLateral] = line.at_zero / distance_m;
+    start[kYaw] = -line.slope;
+  }
+  if (look == Look::by_path && turn_rad[1].std > 0.0) {
+    const Line line = line_through(drop_m, forward_m, weights);
+    start[kDrop] = line.at_zero / distance_m;
+    start[kPitch] = line.slope;
+  }
   const double width_m = separation_m.empty() ? sizes.separation_m : median(separation_m);
   start[kLogSeparation] = std::log(width_m / distance_m);
   start[kHeading] = off_rad;

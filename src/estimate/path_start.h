@@ -33,10 +33,13 @@ std::vector<RoughPath> rough_paths(const CameraView& view, const PathSetting& se
 /// Mean time, near points counting more.
 double reference_time_s(const RoughPath& path);
 
+/// Where the camera looks: as the site file says, or so that the path is level and straight.
+enum class Look { as_told, by_path };
+
 /// Straight-line motion along the road through a rough path, with the setting, reference time and
 /// own heading of `problem`; nothing where it does not lie ahead.
 std::optional<PathVector> start_of(const RoughPath& path, const GeometryProblem& problem,
                                    const RoadSite& road, const EgoMotion& ego,
-                                   const NominalSizes& sizes);
+                                   const NominalSizes& sizes, Look look = Look::as_told);
 
 }  // namespace vildar

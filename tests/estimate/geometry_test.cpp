@@ -302,6 +302,27 @@ TEST(Geometry, AWideYawPriorIsTurnedToTheTruth) {
                 kBearing_rad);
 }
 
+TEST(Geometry, AFitBeginsWhereTheWayInThePictureIsLevel) {
+  // From a bridge that looks down by more than the site file's two sigmas: vehicles of its lanes,
+  // up to some metres before it.
+  for (const double off_deg : {8.0, 10.0, 12.0})
+    for (const double speed_mps : {25.0, 27.0, 29.0}) {
+      const Vehicle vehicle{speed_mps, 0.0, 6.0 + 2.65 * speed_mps, 0.0, 0.65, 1.2};
+      Site site = mast_site(7.0);
+      site.camera->focal_std_px = 0.015 * site.camera->focal_px[0];
+      site.camera->yaw_rad.std = radians_from_degrees(5.0);
+      site.camera->pitch_rad = {radians_from_degrees(-9.0), radians_from_degrees(4.0)};
+      Site truth = site;
+      truth.camera->pitch_rad.mean -= radians_from_degrees(off_deg);
+      Random random(1);
+      const VehicleTrack track =
+          track_of(vehicle, truth, {.to_s = 2.65, .frame_rate_hz = 30.0, .sigma_px = 0.1}, random);
+      const VehicleResult result = estimate_vehicle(track, site, {}).result;
+      SCOPED_TRACE(testing::Message() << off_deg << " degrees, " << speed_mps << " m/s");
+      expect_motion(result, vehicle, 0.03);  // 1.8 % by the lengths, of which the turn takes some
+    }
+}
+
 TEST(Geometry, SaysWhyThereIsNoSpeed) {
   const auto reason = [](const Vehicle& vehicle, const Site& site, const View& view) {
     const VehicleResult result = result_of(vehicle, site, view);
