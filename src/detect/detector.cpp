@@ -262,6 +262,7 @@ Blob Detector::State::blob_of(const Frame& frame, const Peak& peak, const Measur
   }
   blob.cr = rim.cr;
   blob.cb = rim.cb;
+  blob.colour_chance = rim.chance;
   blob.kind = kind_of(peak, light, linear[peak.peak_code], rim,
                       px_per_usual(luma.width_px, luma.height_px));
   return blob;

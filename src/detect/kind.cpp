@@ -53,13 +53,13 @@ RimColour rim_colour(const Frame& frame, const PixelBox& box, int level_code, in
 
 RimColour own_colour(const RimColour& rim, int background_code, int clip_code) {
   constexpr double kBright = 0.4, kDimmest = 0.2;
-  constexpr double kChance = 0.02, kLampsDiffer = 0.1;  // of a colour difference
+  constexpr double kChance = 0.02;  // of a colour difference
   if (!rim.known) return rim;
   const double share =
       std::clamp((rim.luma_code - background_code) / (kBright * clip_code), kDimmest, 1.0);
-  const double chance2 = std::pow(kChance / share, 2) - kChance * kChance;
-  const double gain = kLampsDiffer * kLampsDiffer / (kLampsDiffer * kLampsDiffer + chance2) / share;
-  return {true, gain * rim.cr, gain * rim.cb, rim.luma_code};
+  const double chance = kChance * std::sqrt(1.0 / (share * share) - 1.0);
+  const double gain = colour_kept(chance) / share;
+  return {true, gain * rim.cr, gain * rim.cb, rim.luma_code, chance};
 }
 
 bool like_a_lamp(const Peak& peak, const Measured& light, double peak_linear, double red_log_odds,

@@ -10,6 +10,7 @@ struct RimColour {
   double cr = 0.0;
   double cb = 0.0;
   double luma_code = 0.0;  ///< mean
+  double chance = 0.0;     ///< see Blob::colour_chance
 };
 
 /// Colour of the unclipped pixels in and around `box` that are at least `level_code`; unknown for

@@ -30,10 +30,33 @@ double log_density(double cr, double cb, const Colour& colour) {
          std::log(colour.along_sigma * colour.across_sigma);
 }
 
+Colour blurred(Colour colour, double by) {
+  colour.along_sigma = std::hypot(colour.along_sigma, by);
+  colour.across_sigma = std::hypot(colour.across_sigma, by);
+  return colour;
+}
+
 }  // namespace
 
 double tail_lamp_log_odds(double cr, double cb) {
   return log_density(cr, cb, kTail) - log_density(cr, cb, kHead);
+}
+
+double colour_kept(double chance) {
+  constexpr double kLampsDiffer = 0.1;  // in either colour difference
+  return kLampsDiffer * kLampsDiffer / (kLampsDiffer * kLampsDiffer + chance * chance);
+}
+
+double faint_tail_lamp_log_odds(double cr, double cb, double chance) {
+  const double kept = colour_kept(chance);
+  return log_density(cr / kept, cb / kept, blurred(kTail, chance)) -
+         log_density(cr / kept, cb / kept, blurred(kHead, chance));
+}
+
+bool colour_tells(double cr, double cb, double chance) {
+  constexpr double kSureLogOdds = 1.1;  // 3 to 1
+  return chance < kHead.across_sigma ||
+         std::abs(faint_tail_lamp_log_odds(cr, cb, chance)) > kSureLogOdds;
 }
 
 }  // namespace vildar

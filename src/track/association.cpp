@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/median.h"
+#include "optics/lamp_colour.h"
 #include "track/assignment.h"
 
 namespace vildar {
@@ -23,11 +24,6 @@ struct Link {
   double cost;
 };
 
-bool opposed(LampKind a, LampKind b) {
-  return (a == LampKind::headlamp && b == LampKind::taillamp) ||
-         (a == LampKind::taillamp && b == LampKind::headlamp);
-}
-
 std::vector<Link> links_within_gate(const Lamps& lamps, const std::vector<Spot>& spots,
                                     double gate_chi2) {
   constexpr int kSettled = 3, kKnown = 5;
@@ -40,7 +36,7 @@ std::vector<Link> links_within_gate(const Lamps& lamps, const std::vector<Spot>&
     const LampKind kind = lamp.sightings() >= kSettled ? lamp.kind() : LampKind::other;
     for (int j = 0; j < static_cast<int>(spots.size()); ++j) {
       const Blob& blob = *spots[j].blob;
-      if (opposed(kind, blob.kind)) continue;
+      if (opposed(kind, blob.kind) && colour_tells(blob.cr, blob.cb, blob.colour_chance)) continue;
       const auto distance = lamp.distance_within(spots[j], gate_chi2);
       if (!distance) continue;
       const double flux_ln = std::log(std::max(blob.flux, 1e-9)) - lamp.log_flux();

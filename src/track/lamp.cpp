@@ -140,7 +140,7 @@ void Lamp::start_anew(CameraTime time, int paired) {
   records.clear();
   set_aside.clear();
   paired_sightings += std::min(paired, sightings_);
-  head_votes_ = tail_votes_ = sightings_ = 0;
+  head_votes_ = tail_votes_ = unsure_votes_ = sightings_ = 0;
   red = lamp_like = RunningShare{};
   first_time_ = last_time_ = time;
   least_px_ = most_px_ = at_px_ - drift_px_;
@@ -182,8 +182,11 @@ void Lamp::remember(const Spot& spot, const Eigen::Vector2d& off_px, std::int64_
   constexpr int kColourMemory = 6, kLampMemory = 20;
   const Blob& blob = *spot.blob;
   log_flux_ += kFluxMemory * (std::log(std::max(blob.flux, 1e-9)) - log_flux_);
-  head_votes_ += blob.kind == LampKind::headlamp;
-  tail_votes_ += blob.kind == LampKind::taillamp;
+  const bool tells = colour_tells(blob.cr, blob.cb, blob.colour_chance);
+  const bool unsure = !tells && opposed(kind(), blob.kind);
+  unsure_votes_ += unsure;
+  head_votes_ += !unsure && blob.kind == LampKind::headlamp;
+  tail_votes_ += !unsure && blob.kind == LampKind::taillamp;
   const double tail_log_odds = tail_lamp_log_odds(blob.cr, blob.cb);
   red.add(tail_log_odds > 0.0, kColourMemory);
   lamp_like.add(blob.kind != LampKind::other, kLampMemory);
@@ -198,12 +201,13 @@ void Lamp::remember(const Spot& spot, const Eigen::Vector2d& off_px, std::int64_
       {frame, time,
        LampSighting{spot.centre_px, spot.centre_sigma_px, blob.flux, blob.flux_sigma,
                     blob.saturated_px, blob.box, blob.row_fraction, defects, blob.lamp},
-       spot.at_px, tail_log_odds, off_px.norm(), 0.0, spot.streak, spot.casts_image});
+       spot.at_px, tail_log_odds, faint_tail_lamp_log_odds(blob.cr, blob.cb, blob.colour_chance),
+       off_px.norm(), 0.0, spot.streak, spot.casts_image});
 }
 
 LampKind Lamp::kind() const {
   const int votes = head_votes_ + tail_votes_;
-  if (2 * votes < sightings_) return LampKind::other;
+  if (2 * votes < sightings_ - unsure_votes_) return LampKind::other;
   if (head_votes_ >= 2 * tail_votes_) return LampKind::headlamp;
   if (tail_votes_ >= 2 * head_votes_) return LampKind::taillamp;
   return LampKind::other;

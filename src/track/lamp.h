@@ -32,7 +32,8 @@ struct LampRecord {
   CameraTime time;
   LampSighting sighting;
   Eigen::Vector2d at_px;
-  double tail_log_odds = 0.0;  ///< of its colour, see tail_lamp_log_odds
+  double tail_log_odds = 0.0;        ///< of its colour, see tail_lamp_log_odds
+  double faint_tail_log_odds = 0.0;  ///< see faint_tail_lamp_log_odds
   /// Half the pair's separation where the blob held both lamps of the vehicle; 0 elsewhere.
   double merged_px = 0.0;
   /// Distance to the lamp of another vehicle that the blob held as well, as far as known; 0
@@ -153,6 +154,7 @@ class Lamp {
   Eigen::Vector2d least_px_, most_px_;
   double log_flux_ = 0.0;
   int head_votes_ = 0, tail_votes_ = 0, sightings_ = 0;
+  int unsure_votes_ = 0;  ///< by colours that tell nothing against its kind
   std::int64_t last_frame_ = 0;
   CameraTime first_time_, last_time_;
 };

@@ -209,7 +209,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   const bool one_pair = keep_longest_pair(left, right);
   int fitting = 0;
   std::vector<PairLook> looks;
-  std::vector<double> laterals_m, lateral_sigmas_m, strengths, tail_log_odds;
+  std::vector<double> laterals_m, lateral_sigmas_m, strengths, tail_log_odds, faint_log_odds;
   int clipped = 0, patches = 0, streaks = 0;
   // Flat red ones are bars of LEDs, which run into the lamps at their ends.
   const auto is_bar = [](const LampRecord& record) {
@@ -234,6 +234,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
     patches +=
         is_patch(left_one, fit.inverse_depth_per_m) || is_patch(right_one, fit.inverse_depth_per_m);
     tail_log_odds.push_back(0.5 * (left_one.tail_log_odds + right_one.tail_log_odds));
+    faint_log_odds.push_back(0.5 * (left_one.faint_tail_log_odds + right_one.faint_tail_log_odds));
     const double flux = std::min(left_one.sighting.flux, right_one.sighting.flux);
     strengths.push_back(std::log(std::max(flux, 1e-9)) - 2.0 * std::log(fit.inverse_depth_per_m));
   };
@@ -320,7 +321,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
     const bool white = tail < kWhitened && !lights.colourless();
     if (view.moving_sensor() && (vehicle.kind != LampKind::headlamp || white))
       return Verdict::undecided;
-    if (view.moving_sensor() || tail > kNotWhite || lights.colourless()) {
+    if (view.moving_sensor() || median(faint_log_odds) > kNotWhite || lights.colourless()) {
       track.kind = LampKind::taillamp;
       track.direction_contradicts = motion_contradicts(looks, track.kind, view);
     }
@@ -391,13 +392,13 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   const std::vector<bool> below = below_the_camera(lamp.records, view);
   const bool level = !tells_by_elevation(lamp.records, below);
   std::vector<double> times_s, along_m, laterals_m, lateral_sigmas_m, doubts, strengths;
-  std::vector<double> tail_log_odds;
+  std::vector<double> faint_log_odds;
   int clipped = 0;
   track.sightings.clear();
   for (std::size_t k = 0; k < lamp.records.size(); ++k) {
     const LampRecord& record = lamp.records[k];
     clipped += record.sighting.saturated_px > 0;
-    tail_log_odds.push_back(record.tail_log_odds);
+    faint_log_odds.push_back(record.faint_tail_log_odds);
     track.sightings.push_back({record.frame, record.time, sighting_of(record), std::nullopt});
     if (!level && !below[k]) continue;
     const LampPlace place = view.place(record.at_px);
@@ -462,7 +463,7 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
 
   const bool leaves =
       passes ? lamp.kind() == LampKind::taillamp : !comes && closing_mps + kSlow_mps < ego_mps;
-  const bool may_be_tail = lights.colourless() || median(tail_log_odds) > kNotWhite;
+  const bool may_be_tail = lights.colourless() || median(faint_log_odds) > kNotWhite;
   track.kind = leaves && !view.moving_sensor() && may_be_tail ? LampKind::taillamp : lamp.kind();
   track.direction = track.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;
   track.single_lamp = true;

@@ -27,6 +27,11 @@ constexpr bool has(Defect set, Defect one) {
 
 /// What a light is. `other` where it cannot be told.
 enum class LampKind : std::uint8_t { headlamp, taillamp, reflection, street, other };
+/// One a headlamp, the other a tail lamp.
+constexpr bool opposed(LampKind a, LampKind b) {
+  return (a == LampKind::headlamp && b == LampKind::taillamp) ||
+         (a == LampKind::taillamp && b == LampKind::headlamp);
+}
 
 /// Pixel box, both ends included.
 struct PixelBox {
@@ -71,18 +76,22 @@ struct Blob {
   /// the exposure (when the site gives it). A lower bound where `saturated`, with a sigma as wide.
   double flux = 0.0;
   double flux_sigma = 0.0;
-  /// Absent without a calibrated point-spread function, with Defect::bad_fit, and where the fit does
-  /// not tell the flux; in pictures coded with loss, where it would not at a known radius either.
+  /// Absent without a calibrated point-spread function, with Defect::bad_fit, and where the fit
+  /// does not tell the flux; in pictures coded with loss, where it would not at a known radius
+  /// either.
   std::optional<LampLight> lamp;
   int area_px = 0;       ///< pixels above the blob's threshold
   int saturated_px = 0;  ///< pixels at or above the clipping code
   PixelBox box;
   /// Standard deviation of the light about the centre along the image axes, px.
   Eigen::Vector2d spread_px = Eigen::Vector2d::Zero();
-  /// Mean Cr and Cb of the blob's rim (where luma does not clip), fractions in [-0.5, 0.5], of a dim
-  /// light as were it bright (own_colour()); 0 for grey clips.
+  /// Mean Cr and Cb of the blob's rim (where luma does not clip), fractions in [-0.5, 0.5], of a
+  /// dim light as were it bright (own_colour()); 0 for grey clips.
   double cr = 0.0;
   double cb = 0.0;
+  /// Standard deviation by which coding leaves a dim light's colour to chance, beyond a bright
+  /// one's.
+  double colour_chance = 0.0;
   /// (row + 0.5) / rows - 0.5 in readout order, for the rolling shutter.
   double row_fraction = 0.0;
   Defect defects = Defect::none;

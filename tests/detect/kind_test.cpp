@@ -71,6 +71,9 @@ TEST(OwnColour, OfADimRedLampIsRedAndOfADimWhiteOneWhite) {
   const RimColour faint = own_colour({true, 0.02, 0.0, kDark + 1.0}, kDark, kClip);
   EXPECT_LT(tail_lamp_log_odds(faint.cr, faint.cb), 0.0);
   EXPECT_FALSE(own_colour({}, kDark, kClip).known);
+  // Coding's 0.02 grow with the colour: 0.08 at a quarter, of which a bright lamp has 0.02 as well.
+  EXPECT_EQ(bright.chance, 0.0);
+  EXPECT_NEAR(std::hypot(dim.chance, 0.02), 0.08, 1e-9);
 }
 
 TEST(Kind, ANearDimLampIsAsManyTimesWiderAsThePictureIsFiner) {

@@ -45,5 +45,23 @@ TEST(LampColour, OddsFallAsRedIsWhitened) {
   EXPECT_LT(last, 0.0);
 }
 
+TEST(LampColour, OfFaintLightsTellsLittle) {
+  for (const double cr : {0.0, 0.05, 0.12, 0.2})
+    EXPECT_DOUBLE_EQ(faint_tail_lamp_log_odds(cr, -0.03, 0.0), tail_lamp_log_odds(cr, -0.03));
+  // Grey is white for sure, but for what is so faint that coding leaves no colour.
+  double last = tail_lamp_log_odds(0.0, 0.0);
+  EXPECT_TRUE(colour_tells(0.0, 0.0, 0.0));
+  for (const double chance : {0.02, 0.05, 0.1, 0.5}) {
+    const double odds = faint_tail_lamp_log_odds(0.0, 0.0, chance);
+    EXPECT_GT(odds, last) << chance;
+    EXPECT_LT(odds, 0.0) << chance;
+    last = odds;
+  }
+  EXPECT_GT(last, -0.1);
+  EXPECT_FALSE(colour_tells(0.0, 0.0, 0.1));
+  // Red enough is red, however faint.
+  EXPECT_TRUE(colour_tells(0.2, -0.03, 0.1));
+}
+
 }  // namespace
 }  // namespace vildar

@@ -63,5 +63,32 @@ TEST_F(CommonShiftOf, OfACameraThatShookOverAWetRoad) {
   EXPECT_NEAR((shift_px() - Eigen::Vector2d(0.0, 12.0)).norm(), 0.0, 1e-9);
 }
 
+// A lamp goes on as one whose colour is another's, but not where that is left to chance.
+TEST(Associate, AFaintLampMayLoseItsColour) {
+  const Road road;
+  for (const double chance : {0.0, 0.1}) {
+    Lamps lamps;
+    lamps.push_back(std::make_unique<Lamp>(road.lamp(0, 20, -3.4)));
+    ASSERT_EQ(lamps.front()->kind(), LampKind::headlamp);
+    const bool faint = chance > 0.0;
+    for (std::int64_t frame = 21; frame <= 60; ++frame) {
+      Blob blob;
+      blob.centre_px = *road.camera.project({70.0 - 0.5 * static_cast<double>(frame), -3.4, 0.68});
+      blob.flux = 100.0;
+      blob.kind = LampKind::taillamp;
+      blob.cr = 0.06;
+      blob.colour_chance = chance;
+      const std::vector<Spot> spots{{&blob, *road.view.spot_from_pixel(blob.centre_px), 0.5,
+                                     blob.centre_px, blob.centre_sigma_px}};
+      lamps.front()->predict(0.04, road.view);
+      const Association found = associate(lamps, spots, 16.0, 1.0);
+      ASSERT_EQ(found.spot_of_lamp[0].has_value(), faint) << frame;
+      if (!faint) break;
+      lamps.front()->update(spots.front(), frame, Road::time_at(frame));
+      ASSERT_EQ(lamps.front()->kind(), LampKind::headlamp) << frame;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace vildar

@@ -106,7 +106,7 @@ TEST(JudgeVehicle, AmongLightsThatAreNotWhiteTheMotionTellsTheDirection) {
     for (Lamp* lamp : {&left, &right}) {
       drive_away(*lamp);
       for (LampRecord& record : lamp->records)
-        record.tail_log_odds = record.frame % 20 < 12 ? blinks : kRed;
+        record.tail_log_odds = record.faint_tail_log_odds = record.frame % 20 < 12 ? blinks : kRed;
     }
     Vehicle vehicle = scene::vehicle_of(left, right, 51);
     VehicleTrack track;
@@ -207,7 +207,7 @@ TEST(JudgeSingle, OfOneThatIsNotWhiteTheMotionTellsTheDirection) {
   for (const double tail_log_odds : {-3.0, -0.4}) {
     Lamp lamp = road.lamp(0, 60, -4.0);
     drive_away(lamp);
-    for (LampRecord& record : lamp.records) record.tail_log_odds = tail_log_odds;
+    for (LampRecord& record : lamp.records) record.faint_tail_log_odds = tail_log_odds;
     VehicleTrack track;
     ASSERT_EQ(judge_single(lamp, road.view, {}, {}, track), Verdict::vehicle);
     EXPECT_EQ(track.direction_contradicts, tail_log_odds < -1.2);
@@ -313,7 +313,8 @@ TEST(JudgeVehicle, WithoutColourWhatDrivesAwayHasTailLamps) {
     Lamp left = road.lamp(0, 50, -3.4), right = road.lamp(0, 50, -4.6);
     for (Lamp* lamp : {&left, &right}) {
       drive_away(*lamp);
-      for (LampRecord& record : lamp->records) record.tail_log_odds = -3.0;
+      for (LampRecord& record : lamp->records)
+        record.tail_log_odds = record.faint_tail_log_odds = -3.0;
     }
     LightScale lights;
     for (int i = 0; i < 100; ++i) lights.see_colour(grey ? 0.0 : 0.05, 0.0);
