@@ -259,12 +259,28 @@ bool Pairing::pass_on(Vehicle& vehicle, const Evidence& pair, std::int64_t frame
   return true;
 }
 
+// Each is what is left of a vehicle whose other lamp has long been lost, and they stand as a pair
+// on: in what hid them they went over to another vehicle's, or only one of them did. Both begin
+// anew.
+void Pairing::leave_two(const Evidence& pair, const Lamp& left, const Lamp& right) {
+  Vehicle& one = *left.vehicle;
+  Vehicle& other = *right.vehicle;
+  if (pair.looks < kLooksKept || one.left != &left || other.right != &right || one.right ||
+      other.left)
+    return;
+  one.cut_after = one.last_both;
+  other.cut_after = other.last_both;
+}
+
 void Pairing::join(Evidence& pair, Vehicles& vehicles, std::int64_t frame) {
   Vehicle* vehicle = pair.a->vehicle ? pair.a->vehicle : pair.b->vehicle;
   const bool a_is_left = pair.a->at_px().x() < pair.b->at_px().x();
   Lamp* left = a_is_left ? pair.a : pair.b;
   Lamp* right = a_is_left ? pair.b : pair.a;
-  if (vehicle && (pair.a->vehicle && pair.b->vehicle)) return;
+  if (pair.a->vehicle && pair.b->vehicle) {
+    leave_two(pair, *left, *right);
+    return;
+  }
   if (vehicle) {  // the lost lamp must have stood on the side where the new one is
     const bool fits =
         vehicle->left == left ? !vehicle->right : vehicle->right == right && !vehicle->left;

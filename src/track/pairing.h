@@ -36,6 +36,7 @@ class Pairing {
   void refresh(Vehicles& vehicles, std::int64_t frame, CameraTime time);
   std::vector<Evidence*> best_pairs(std::int64_t frame);
   bool pass_on(Vehicle& vehicle, const Evidence& pair, std::int64_t frame);
+  static void leave_two(const Evidence& pair, const Lamp& left, const Lamp& right);
   void join(Evidence& pair, Vehicles& vehicles, std::int64_t frame);
   Evidence* evidence_of(const Lamp* a, const Lamp* b);
   bool has_rival(const Lamp& a, const Lamp& b, int both_seen) const;
