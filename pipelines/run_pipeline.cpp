@@ -154,6 +154,18 @@ void doubt_moving_lights(const RunOptions& options, const Site& site,
       "tripod; else check pitch_deg (negative: down), yaw_deg and position_m, and the road");
 }
 
+void note_glare(const RunOptions& options, const ClipMeasurement& measurement,
+                RunSummary& summary) {
+  const std::int64_t lights = measurement.track_counts.saturated;
+  summary.counts["saturated"] = lights;
+  if (lights == 0) return;
+  summary.warnings.push_back(
+      options.clip->string() + ": " + std::to_string(lights) +
+      (lights == 1 ? " light is" : " lights are") +
+      " one clipped area, wider than a lamp, all the while: of vehicles that glare so no lamp can "
+      "be told from the other, and they have no row; expose for a shorter time or with less gain");
+}
+
 void note_black_pictures(const RunOptions& options, const ClipMeasurement& measurement,
                          RunSummary& summary) {
   const auto& black = measurement.black_pictures.longest();
@@ -207,6 +219,7 @@ void describe_clip(const RunOptions& options, const Site& site, const ClipMeasur
         "camera all along the clip; cut the clip to the bend and write straight_m: 0");
   if (site.ego) doubt_own_speed(options, *site.ego, summary);
   doubt_moving_lights(options, site, measurement, summary);
+  note_glare(options, measurement, summary);
   note_black_pictures(options, measurement, summary);
   append(summary.warnings, turns_off_the_road(site, measurement.last_frame_s));
   summary.damaged |= counts.damaged();

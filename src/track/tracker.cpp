@@ -20,6 +20,7 @@
 #include "track/resume.h"
 #include "track/spots.h"
 #include "track/standing.h"
+#include "track/unmeasured_lights.h"
 #include "track/vehicle.h"
 
 namespace vildar {
@@ -409,8 +410,7 @@ void Tracker::Impl::end_single(const Lamp& whole, std::vector<VehicleTrack>& end
     if (!done) return;
     track = std::move(*done);
   }
-  counts_.moving_lights +=
-      verdict != Verdict::vehicle && verdict != Verdict::reflection && moves_plainly(whole, view_);
+  count_unmeasured(whole, verdict, view_, counts_);
   report(verdict, std::move(track), ended);
 }
 
