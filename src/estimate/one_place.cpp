@@ -340,13 +340,17 @@ bool on_the_body(const VehicleEstimate& light, const VehicleEstimate& carrier) {
   constexpr double kBefore_m = 1.0, kMostBeside_m = 1.3, kLeast_s = 1.0;
   // Further back a strong light by the middle is another vehicle's.
   constexpr double kCar_m = 4.5, kSide_m = 0.6, kFaint = 0.6;
+  // Two lights are the front of what it draws, at a drawbar's length, in line and faint.
+  constexpr double kDrawn_m = 8.0, kRigid_m = 0.5;
   constexpr int kSteps = 8;
   const VehicleResult &a = light.result, &b = carrier.result;
   const double from_s = std::max(a.t_first_s, b.t_first_s);
   const double to_s = std::min(a.t_last_s, b.t_last_s);
   if (light.trajectories.empty() || carrier.trajectories.empty() || a.direction != b.direction ||
-      !always_alone(light) || always_alone(carrier) || to_s - from_s < kLeast_s)
+      always_alone(carrier) || to_s - from_s < kLeast_s)
     return false;
+  const bool alone = always_alone(light);
+  double least_behind_m = INFINITY, most_behind_m = -INFINITY;
   double surest_m = INFINITY, surest_behind_m = 0.0, surest_beside_m = 0.0;
   bool on_it = false;
   for (int i = 0; i <= kSteps; ++i) {
@@ -355,7 +359,10 @@ bool on_the_body(const VehicleEstimate& light, const VehicleEstimate& carrier) {
     const MotionState other = mixed_state(carrier.trajectories, time_s);
     const double behind_m = one.range_m - other.range_m;
     const double sigma_m = std::hypot(one.range_std_m, other.range_std_m);
-    const double most_m = kShortest_m + kGap_s * std::abs(other.over_ground_mps);
+    const double follower_m = kShortest_m + kGap_s * std::abs(other.over_ground_mps);
+    const double most_m = alone ? follower_m : std::min(kDrawn_m, follower_m);
+    least_behind_m = std::min(least_behind_m, behind_m);
+    most_behind_m = std::max(most_behind_m, behind_m);
     if (behind_m < -kBefore_m - sigma_m || behind_m > most_m + sigma_m) return false;
     if (sigma_m > surest_m) continue;
     surest_m = sigma_m;
@@ -364,7 +371,8 @@ bool on_the_body(const VehicleEstimate& light, const VehicleEstimate& carrier) {
     on_it = behind_m - sigma_m > -kBefore_m && behind_m + sigma_m < most_m &&
             surest_beside_m < kMostBeside_m;
   }
-  if (!on_it || surest_behind_m < kCar_m || surest_beside_m > kSide_m) return on_it;
+  if (!alone) on_it &= most_behind_m - least_behind_m < kRigid_m && surest_beside_m < kSide_m;
+  if (!on_it || (alone && (surest_behind_m < kCar_m || surest_beside_m > kSide_m))) return on_it;
   std::vector<double> strengths;
   look_at_both(light, carrier, [&](const TrackRow& one, const TrackRow& other) {
     if (one.range_m && other.range_m)
@@ -406,7 +414,9 @@ void withhold_side_light(VehicleEstimate& light, const VehicleEstimate& carrier)
     withhold_second(
         light,
         "keeps to a place within the length of " + named(carrier) +
-            "; taken for a light on its side, though a motorcycle close to it looks the same");
+            (always_alone(light)
+                 ? "; taken for a light on its side, though a motorcycle close to it looks the same"
+                 : "; taken for the front of what that draws"));
 }
 
 }  // namespace

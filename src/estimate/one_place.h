@@ -34,6 +34,8 @@ bool mirrors(const VehicleEstimate& lower, const VehicleEstimate& source, double
 /// more it keeps its place beyond the pair, no further than the next vehicle's lamps come (3.5 m
 /// and a quarter of a second), and within 1.3 m beside its middle; from
 /// 4.5 m on it is 0.6 m beside that, too, or fainter than the pair. A caravan's side marker, say.
+/// Or a fainter pair, in line with it and up to 8 m behind, whose place changes by less than 0.5 m:
+/// a caravan's front markers.
 bool on_the_body(const VehicleEstimate& light, const VehicleEstimate& carrier);
 
 /// Whether a lone `light` moves as the glint that a lamp of `source` draws along a rail or a wall

@@ -94,6 +94,23 @@ TEST(OnePlace, ALoneLightWithinAVehiclesLengthIsOnItsBody) {
   EXPECT_FALSE(on_the_body(estimate_of(3, moved(kCar, 4.0, 0.0), Frames::all), car));
 }
 
+// The front markers of a caravan, 6 m behind the lamps of the car that draws it; or another car, so
+// near, as bright, farther off, beside it or faster.
+TEST(OnePlace, AFaintPairAtADrawbarsLengthIsDrawn) {
+  const VehicleEstimate car = estimate_of(1, kCar, Frames::all);
+  View faint = kLong;
+  faint.flux_at_1m *= 0.1;
+  const Vehicle behind = moved(kCar, 6.0, 0.0);
+  EXPECT_TRUE(on_the_body(estimate_of(2, behind, Frames::all, faint), car));
+  EXPECT_FALSE(on_the_body(estimate_of(2, behind, Frames::all), car));
+  EXPECT_FALSE(on_the_body(car, estimate_of(2, behind, Frames::all, faint)));
+  EXPECT_FALSE(on_the_body(estimate_of(2, moved(kCar, 12.0, 0.0), Frames::all, faint), car));
+  EXPECT_FALSE(on_the_body(estimate_of(2, moved(kCar, 6.0, 0.9), Frames::all, faint), car));
+  Vehicle comes_nearer = behind;
+  comes_nearer.speed_mps += 0.6;
+  EXPECT_FALSE(on_the_body(estimate_of(2, comes_nearer, Frames::all, faint), car));
+}
+
 // What a camera that smooths over time shows of the frame before, near by.
 TEST(OnePlace, FourLampsOfTwoThatWouldBeInOneAnotherAreOneVehicle) {
   const View near{.from_s = 1.6, .to_s = 2.8, .sigma_px = 0.1};
