@@ -39,7 +39,7 @@ struct TrackCounts {
   /// Of single lights that are neither vehicles nor reflections: before a camera that stands moved
   /// for a second or more, by 50 mrad or more.
   std::int64_t moving_lights = 0;
-  /// Of those undecided: one clipped area, wider than a lamp, most of the time.
+  /// Of those undecided: one clipped area, wider than a lamp, that comes or goes.
   std::int64_t saturated = 0;
 };
 
