@@ -298,6 +298,7 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
 Outcome<BearingFit> fit_lane_change(const VehicleTrack& track, const Camera& camera,
                                     const Site& site) {
   const double kMost_m = site.ego ? 10.0 : 5.0, kMost_mps = site.ego ? 5.0 : 3.0;
+  constexpr double kLeast_m = 1.0;
   constexpr int kLooks = 20;
   auto outcome = fit_way(track, camera, site, Along::across);
   const BearingFit* found = std::get_if<BearingFit>(&outcome);
@@ -315,7 +316,7 @@ Outcome<BearingFit> fit_lane_change(const VehicleTrack& track, const Camera& cam
     if (std::abs(scale_m * setting.departed_rate(tau_s, Along::across)) > kMost_mps)
       return Miss::bad_fit;
   }
-  if (left_m - right_m > kMost_m) return Miss::bad_fit;
+  if (left_m - right_m < kLeast_m || left_m - right_m > kMost_m) return Miss::bad_fit;
   return outcome;
 }
 

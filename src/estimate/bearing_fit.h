@@ -29,7 +29,8 @@ Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera
 
 /// The same of a pair that changes lanes: its speed along the road may change evenly, its place
 /// across it as the bearings ask for.
-/// Misses: bad_fit as well, where it would go across by more than from lane to lane.
+/// Misses: bad_fit as well, where it would go across by more than from lane to lane, or by less
+/// than a metre: a camera that sways slowly looks like that.
 Outcome<BearingFit> fit_lane_change(const VehicleTrack& track, const Camera& camera,
                                     const Site& site);
 

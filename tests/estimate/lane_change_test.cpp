@@ -144,6 +144,13 @@ TEST(LaneChange, IsNoneWhereItGoesFurtherThanALane) {
   EXPECT_EQ(std::get<Miss>(outcome), Miss::bad_fit);
 }
 
+// A drift aside by half a metre may be the sway of a mast as well.
+TEST(LaneChange, IsNoneByLessThanAMetre) {
+  const auto outcome = fit_of(-7.5, {0.6, 2.5, 0.5});
+  ASSERT_TRUE(std::holds_alternative<Miss>(outcome));
+  EXPECT_EQ(std::get<Miss>(outcome), Miss::bad_fit);
+}
+
 // By how much the residuals move as a size does.
 TEST(LaneChange, SlopesByTheStepsAreThoseOfTheResiduals) {
   const Site site = two_lanes();
