@@ -66,7 +66,7 @@ void check(const Frame& frame) {
 constexpr float kCodingSigma = 0.018f;
 struct Coded {
   double clip_share;
-  double most_wing_px;
+  double most_lone_wing_px;
   CodingErrors errors;
 };
 constexpr Coded kPlaces{0.5,
@@ -177,7 +177,7 @@ FrameLight Detector::State::frame_light(const LumaView& luma, const Levels& leve
     light.clip_code = static_cast<int>(above - linear.begin());
     light.clip_light = 0.5 * static_cast<double>(*(above - 1) + *above);
     light.coding = coded.errors;
-    light.most_wing_px = coded.most_wing_px;
+    light.most_lone_wing_px = coded.most_lone_wing_px;
   }
   light.noise.electrons = options.full_well_electrons;
   light.noise.rounding = rounding;

@@ -42,9 +42,9 @@ struct FrameLight {
   double clip_light = 1.0;
   PixelNoise noise;
   std::optional<CodingErrors> coding;  ///< of pictures that were coded with loss
-  /// Pixels about a lamp that clips, those at its rim apart, that a fit looks at: where there are
-  /// more, every so many.
-  double most_wing_px = 600.0;
+  /// Pixels about a lamp that clips and has none beside it, those at its rim apart, that a fit
+  /// looks at: where there are more, every so many.
+  double most_lone_wing_px = 600.0;
 };
 
 }  // namespace vildar

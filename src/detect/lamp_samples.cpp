@@ -11,7 +11,7 @@ namespace {
 
 // Of one lamp that does not clip, beside those within so many sizes of its middle; and about the
 // rim of one that does. See FrameLight for those about that.
-constexpr double kMostUnclippedPixels = 1200.0;
+constexpr double kMostWingPixels = 600.0, kMostUnclippedPixels = 1200.0;
 constexpr double kMostRimPixels = 2000.0;
 constexpr double kDenseSizes = 3.0;  // of a lamp that does not clip, its size
 constexpr double kRimInside_px = 5.0, kRimOutside_px = 3.0;
@@ -169,6 +169,9 @@ void LampSamples::gather(const FrameLight& frame, std::span<const LampGuess> gue
   const auto take_row = luma.bytes_per_sample() == 1 ? &LampSamples::take<std::uint8_t>
                                                      : &LampSamples::take<std::uint16_t>;
   clear_count_ = clipped_count_ = 0;
+  // Beside others, its own image on a wet road say, wings tell whose light is whose.
+  const bool alone = guesses.size() == 1 && others_in.empty();
+  const double most_wing_px = alone ? frame.most_lone_wing_px : kMostWingPixels;
   for (std::size_t i = 0; i < guesses.size(); ++i) {
     const double reach2 = square_of(reach_px[i]), rim = guesses[i].rim_px;
     const Eigen::Vector2d& centre = guesses[i].centre_px;
@@ -176,7 +179,7 @@ void LampSamples::gather(const FrameLight& frame, std::span<const LampGuess> gue
     const double dense2 = square_of(dense);
     const double softened_px2 = frame.coding && rim == 0.0 ? frame.coding->softened_px2 : 0.0;
     const int stride =
-        stride_of(kPi * (reach2 - dense2), rim > 0.0 ? frame.most_wing_px : kMostUnclippedPixels);
+        stride_of(kPi * (reach2 - dense2), rim > 0.0 ? most_wing_px : kMostUnclippedPixels);
     const int rim_stride =
         stride_of(2.0 * kPi * rim * (kRimInside_px + kRimOutside_px), kMostRimPixels);
     const std::size_t first_clear = clear_count_, first_clipped = clipped_count_;
