@@ -383,5 +383,27 @@ TEST(LampFit, RefusesWhatItCannotFit) {
   EXPECT_THROW(fitter.fit(frame, {{LampGuess{}}}, true), std::invalid_argument);
 }
 
+// Where they tell whose light is whose, a second lamp's, say, no wings are saved.
+TEST(LampSamples, TakeFewWingsOfLoneLampsAlone) {
+  constexpr int kSize_px = 81;
+  Random random(3);
+  FrameLight frame =
+      LinearCamera().expose(std::vector<double>(kSize_px * kSize_px, 0.01), kSize_px, random);
+  frame.most_lone_wing_px = 300.0;
+  LampGuess lamp;
+  lamp.centre_px = {40.0, 40.0};
+  lamp.rim_px = 4.0;
+  OtherLamp other;
+  other.centre_px = {40.0, 70.0};
+  other.radius_px = 1.0;
+  const auto used = [&](std::span<const OtherLamp> others) {
+    LampSamples samples;
+    samples.gather(frame, std::vector{lamp}, std::vector{36.0}, others);
+    return static_cast<double>(samples.used);
+  };
+  const double dense = used({}) - 300.0;
+  EXPECT_NEAR(used(std::vector{other}) - dense, 600.0, 100.0);
+}
+
 }  // namespace
 }  // namespace vildar
