@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Dense>
 
@@ -55,13 +56,20 @@ Levels levels_of(const PowerTrace& trace) {
   return levels;
 }
 
-/// Blocks near the highest curve under the trace that nothing shorter than a pass can lift.
+/// Blocks near the highest curve under the trace that nothing shorter than a pass can lift. Only
+/// stretches that lie wholly within the trace can: one that begins with a vehicle in view would
+/// take the dip before the next one for the floor.
 void mark_floor(Levels& levels) {
   constexpr double kReach_s = 0.5 * kLongestPass_s;
   // A little further back than forth, else the blocks of a steep slope fall out by turns.
   const double back_s = kReach_s + 1.5 * levels.block_s;
-  const std::vector<double> floor_w = sliding_maximum(
-      levels.time_s, sliding_minimum(levels.time_s, levels.power_w, kReach_s), back_s);
+  std::vector<double> least_w = sliding_minimum(levels.time_s, levels.power_w, kReach_s);
+  const double from_s = levels.time_s.front() + kReach_s - levels.block_s;
+  const double to_s = levels.time_s.back() - kReach_s + levels.block_s;
+  for (std::size_t i = 0; i < least_w.size(); ++i)
+    if (levels.time_s[i] < from_s || levels.time_s[i] > to_s)
+      least_w[i] = -std::numeric_limits<double>::infinity();
+  const std::vector<double> floor_w = sliding_maximum(levels.time_s, least_w, back_s);
   const std::size_t n = levels.power_w.size();
   levels.dark.assign(n, false);
   for (std::size_t i = 0; i < n;) {
@@ -306,7 +314,8 @@ void remove_drift(PowerTrace& trace) {
   Curve curve = smoothed(dark, step_w);
   const auto [least, most] = std::minmax_element(curve.level_w.begin(), curve.level_w.end());
   const double range_w = *most - *least;
-  if (!(range_w > kSigmas * levels.sigma_w)) return;
+  // Of the light of a vehicle far away as much again may pass for dark.
+  if (!(range_w > 2.0 * kSigmas * levels.sigma_w)) return;
   trace.drift_w = range_w;
   curve = without_mixed(curve, step_w);
   std::vector<double> sorted_w = curve.level_w;
