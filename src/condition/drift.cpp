@@ -314,8 +314,7 @@ void remove_drift(PowerTrace& trace) {
   Curve curve = smoothed(dark, step_w);
   const auto [least, most] = std::minmax_element(curve.level_w.begin(), curve.level_w.end());
   const double range_w = *most - *least;
-  // Of the light of a vehicle far away as much again may pass for dark.
-  if (!(range_w > 2.0 * kSigmas * levels.sigma_w)) return;
+  if (!(range_w > kSigmas * levels.sigma_w)) return;
   trace.drift_w = range_w;
   curve = without_mixed(curve, step_w);
   std::vector<double> sorted_w = curve.level_w;

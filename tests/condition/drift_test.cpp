@@ -136,15 +136,13 @@ TEST(RemoveDrift, ShortOrEmptyTracesStay) {
   EXPECT_EQ(brief.drift_w, 0.0);
 }
 
-// Two vehicles in turn at either end, in view from far away: the dip between them is no floor.
-TEST(Drift, IsNoneBetweenVehiclesAtAnEnd) {
-  for (const double first_s : {7.0, 64.0}) {
-    const Light one = vehicle(first_s, 14.0), next = vehicle(first_s + 9.5, 14.0);
-    const Light bright = [&](double time_s) { return 10.0 * (one(time_s) + next(time_s)); };
-    PowerTrace trace = trace_of(72.5, {bright}, 11);
-    remove_drift(trace);
-    EXPECT_EQ(trace.drift_w, 0.0) << "vehicles from " << first_s << " s on";
-  }
+// The dip between two vehicles with which a record begins is no floor.
+TEST(Drift, IsNoneBetweenVehiclesInViewAtTheBeginning) {
+  const Light one = vehicle(7.0, 14.0), next = vehicle(16.5, 14.0);
+  const Light bright = [&](double time_s) { return 10.0 * (one(time_s) + next(time_s)); };
+  PowerTrace trace = trace_of(72.5, {bright}, 11);
+  remove_drift(trace);
+  EXPECT_EQ(trace.drift_w, 0.0);
 }
 
 }  // namespace
