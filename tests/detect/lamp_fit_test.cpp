@@ -387,8 +387,9 @@ TEST(LampFit, RefusesWhatItCannotFit) {
 TEST(LampSamples, TakeFewWingsOfLoneLampsAlone) {
   constexpr int kSize_px = 81;
   Random random(3);
+  const LinearCamera camera;
   FrameLight frame =
-      LinearCamera().expose(std::vector<double>(kSize_px * kSize_px, 0.01), kSize_px, random);
+      camera.expose(std::vector<double>(kSize_px * kSize_px, 0.01), kSize_px, random);
   frame.most_lone_wing_px = 300.0;
   LampGuess lamp;
   lamp.centre_px = {40.0, 40.0};
