@@ -5,6 +5,7 @@
 #include "estimate/bearing_fit.h"
 #include "estimate/vehicle.h"
 #include "simulated_pass.h"
+#include "support/trials.h"
 
 namespace vildar {
 namespace {
@@ -20,7 +21,7 @@ Site two_lanes() {
 
 // From 80 m on until it is 12 m away; the change may have begun before, or go on after.
 TEST(LaneChange, IsMeasuredAndItsSpeedLiesInItsInterval) {
-  constexpr int kTrials = 80;
+  constexpr int kTrials = trials(80);
   const Site site = two_lanes();
   Random random(21);
   int measured = 0, inside = 0;
@@ -98,7 +99,7 @@ Tally ahead_of_a_dashcam(int trials, double aside_m, bool yaw_rates) {
 }
 
 TEST(LaneChange, AheadOfADashcamIsMeasuredToo) {
-  constexpr int kTrials = 8;
+  constexpr int kTrials = trials(8);
   for (const auto& [aside_m, yaw_rates] :
        {std::pair(3.5, true), std::pair(7.0, false), std::pair(7.0, true)}) {
     const Tally tally = ahead_of_a_dashcam(kTrials, aside_m, yaw_rates);

@@ -7,6 +7,7 @@
 
 #include "core/random.h"
 #include "law_pass.h"
+#include "support/trials.h"
 
 namespace vildar {
 namespace {
@@ -88,8 +89,9 @@ TEST(PassPosterior, TellsTheBackground) {
 
 // Lamps, lengths, gain and background drawn from what is known of them.
 TEST(PassPosterior, OneSigmaCoversTheSpeedAboutTwoTimesInThree) {
-  constexpr int kTrials = 100;
-  constexpr double kSlack = 0.186;  // four binomial sigmas
+  constexpr int kTrials = trials(100);
+  constexpr double kShare = 0.683;
+  const double slack = 4.0 * std::sqrt(kShare * (1.0 - kShare) / kTrials);
   const PowerCase told = case_of();
   Random random(20261125);
   int covered = 0;
@@ -114,7 +116,7 @@ TEST(PassPosterior, OneSigmaCoversTheSpeedAboutTwoTimesInThree) {
     ASSERT_TRUE(found) << trial;
     covered += std::abs(std::log(found->motion.speed_mps / kSpeed_mps)) < found->log_speed_std;
   }
-  EXPECT_NEAR(covered / static_cast<double>(kTrials), 0.683, kSlack);
+  EXPECT_NEAR(covered / static_cast<double>(kTrials), kShare, slack);
 }
 
 // One sigma less of the exponent, or more of ln K, is no law any more.

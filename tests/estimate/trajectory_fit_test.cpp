@@ -5,6 +5,7 @@
 #include "core/clock.h"
 #include "estimate/vehicle.h"
 #include "simulated_pass.h"
+#include "support/trials.h"
 
 namespace vildar {
 namespace {
@@ -224,7 +225,7 @@ TEST(TrajectoryFit, ALineOfLampsThatTurnsIsNoVehicle) {
   site.camera->roll_rad.std = radians_from_degrees(1.0);
   Random random(7);
   int measured = 0;  // 7 of 300 where no turn counts, 3 where it does
-  for (int trial = 0; trial < 30; ++trial) {
+  for (int trial = 0; trial < trials(30); ++trial) {
     const simulated::Vehicle ahead{9.0 + 2.0 * random.uniform(),   random.normal(0.0, 0.4),
                                    80.0 + 40.0 * random.uniform(), random.normal(7.4, 0.2),
                                    random.normal(0.68, 0.08),      random.normal(1.25, 0.1)};
