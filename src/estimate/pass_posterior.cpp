@@ -142,6 +142,8 @@ bool same(const Way& one, const Way& other) {
          lifted_w * lifted_w <= kNear2 * one.background_variance_w2;
 }
 
+enum class Descent { nowhere, to_known_way, to_new_way };
+
 PassPosterior mean_of(const std::vector<Way>& ways) {
   const Way& best =
       *std::ranges::max_element(ways, {}, [](const Way& way) { return way.evidence; });
@@ -198,7 +200,7 @@ Outcome<PassPosterior> pass_posterior(const PowerSeries& series, const PowerCase
     if (light.blocks() < kFewestBlocks) return Miss::outside_model;
     Eigen::VectorXd nearest = light.nearest_to(from);
     nearest[kDark] = background;
-    // Moves z to the minimum near by; false where there is none, or one that is known.
+    // Moves z to the minimum near by, if there is one.
     const auto adds_way = [&](double more_nat, Eigen::VectorXd& z) {
       const double ripple_nat = std::hypot(more_nat, least_ripple_nat(known));
       const auto outcome =
@@ -208,26 +210,28 @@ Outcome<PassPosterior> pass_posterior(const PowerSeries& series, const PowerCase
       const auto* minimum = std::get_if<Minimum>(&outcome);
       if (!minimum) {
         hopeless |= std::get<Miss>(outcome) == Miss::bad_fit;
-        return false;
+        return Descent::nowhere;
       }
       auto way = way_at(light, *minimum, ripple_nat, series.background_std_w);
-      if (!way) return false;
+      if (!way) return Descent::nowhere;
       way->evidence -= 0.5 * std::log(more_nat);
       way->unlike_the_law = more_nat > kOfTheLaw_nat;
       z = minimum->unknowns;
       if (std::ranges::any_of(ways, [&](const Way& known_way) { return same(*way, known_way); }))
-        return false;
+        return Descent::to_known_way;
       ways.push_back(*way);
-      return true;
+      return Descent::to_new_way;
     };
     Eigen::VectorXd z = nearest;
+    // From a known way on all others would be known, too.
     if (for_all)
-      for (const double more_nat : kRipples_nat) adds_way(more_nat, z);
+      for (const double more_nat : kRipples_nat)
+        if (adds_way(more_nat, z) == Descent::to_known_way) break;
     // What may be unlike the law by much wanders far from where it began; what may not finds the
     // nearest, and where that is another all begin there.
     z = nearest;
     for (auto more_nat = kRipples_nat.rbegin(); more_nat != kRipples_nat.rend(); ++more_nat)
-      if (!adds_way(*more_nat, z)) break;
+      if (adds_way(*more_nat, z) != Descent::to_new_way) break;
   }
   if (ways.empty()) return hopeless ? Miss::bad_fit : Miss::outside_model;
   return mean_of(ways);
