@@ -6,6 +6,7 @@
 
 #include "condition/condition.h"
 #include "core/text.h"
+#include "estimate/contradictions.h"
 #include "estimate/vehicle.h"
 #include "pipelines/interrupt.h"
 
@@ -51,6 +52,7 @@ std::vector<VehicleResult> measure_passes(const Site& site, std::span<const Powe
     throw_if_interrupted();
     vehicles.push_back(estimate_pass(pass, static_cast<int>(vehicles.size()) + 1, site, traces));
   }
+  check_law(vehicles);
   return vehicles;
 }
 

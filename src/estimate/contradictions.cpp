@@ -61,4 +61,32 @@ void check_sensors(std::span<const Trajectory> trajectories, VehicleResult& resu
   }
 }
 
+void check_law(std::span<VehicleResult> vehicles) {
+  constexpr int kFewest = 2;
+  int compared = 0, denied = 0;
+  for (const VehicleResult& vehicle : vehicles) {
+    const SpeedEstimate *delay = nullptr, *slope = nullptr;
+    for (const MethodResult& row : vehicle.methods) {
+      const auto* speed = std::get_if<SpeedEstimate>(&row.speed);
+      if (row.method == Method::delay_photodiodes)
+        delay = speed;
+      else if (row.method != Method::ml_photodiode)
+        slope = speed;
+    }
+    if (!delay || !slope || vehicle.method != Method::delay_photodiodes) continue;
+    ++compared;
+    denied += apart(*delay, *slope);
+  }
+  if (denied < kFewest || 2 * denied <= compared) return;
+  for (VehicleResult& vehicle : vehicles) {
+    if (vehicle.withheld || !by_law(vehicle.method)) continue;
+    vehicle.withheld = Miss::outside_model;
+    vehicle.warnings.push_back(std::string(name_of(vehicle.method)) +
+                               " rests on the channel alone, which the delay of " +
+                               std::to_string(denied) + " of " + std::to_string(compared) +
+                               " vehicles between the photodiodes denies; check channel.gain_db "
+                               "and path_loss_exponent, lamp_power_w, and the lanes");
+  }
+}
+
 }  // namespace vildar

@@ -14,6 +14,10 @@ namespace vildar {
 /// withheld as outside_model. `result` holds a speed from `trajectories`.
 void check_sensors(std::span<const Trajectory> trajectories, VehicleResult& result);
 
+/// Where the delays of two or more vehicles, and of most that have both, deny the speeds by the power
+/// law, no speed that rests on that law alone stands: it is withheld as outside_model.
+void check_law(std::span<VehicleResult> vehicles);
+
 /// Whether two speeds of one time lie apart beyond their intervals.
 bool apart(const SpeedEstimate& one, const SpeedEstimate& other);
 

@@ -1,6 +1,8 @@
 #include "estimate/contradictions.h"
 
 #include <cmath>
+#include <tuple>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -81,6 +83,43 @@ TEST(Contradictions, LightThatNoBeamExplainsIsTrustedForNoSpeedByItsLaw) {
 TEST(Contradictions, TheCamerasOwnLightIsNoSecondSensor) {
   const auto result = beside(Method::geometry_camera, Method::power_slope_camera, 15.0, 0.3);
   EXPECT_TRUE(result.warnings.empty());
+}
+
+SpeedEstimate speed_of(double speed_mps) {
+  SpeedEstimate speed;
+  speed.speed_mps = speed_mps;
+  speed.std_mps = 0.02 * speed_mps;
+  return speed;
+}
+
+// Passes of 20 m/s by their delays, of which `denied` have light that says 10 m/s under the law;
+// and one that rests on the law alone.
+std::vector<VehicleResult> passes_by(int denied, int agreed) {
+  std::vector<VehicleResult> passes(static_cast<std::size_t>(denied + agreed) + 1);
+  for (VehicleResult& pass : passes) {
+    const bool by_law = &pass == &passes.back();
+    pass.method = by_law ? Method::power_slope_photodiode : Method::delay_photodiodes;
+    const bool denies = &pass - passes.data() < denied;
+    pass.methods = {
+        {Method::power_slope_photodiode, speed_of(denies || by_law ? 10.0 : 20.0), 100, "site"},
+        {Method::delay_photodiodes, by_law ? Outcome<SpeedEstimate>(Miss::bad_fit) : speed_of(20.0),
+         100, ""}};
+  }
+  check_law(passes);
+  return passes;
+}
+
+TEST(Contradictions, ALawThatMostDelaysDenyGivesNoSpeedAlone) {
+  for (const auto& [denied, agreed, stands] : {std::tuple(2, 1, false), std::tuple(1, 0, true),
+                                               std::tuple(2, 2, true), std::tuple(3, 2, false)}) {
+    const auto passes = passes_by(denied, agreed);
+    EXPECT_EQ(!passes.back().withheld, stands) << denied << " of " << denied + agreed;
+    if (!stands) {
+      EXPECT_EQ(passes.back().withheld, Miss::outside_model);
+      EXPECT_EQ(passes.back().warnings.size(), 1U);
+    }
+    EXPECT_FALSE(passes.front().withheld);
+  }
 }
 
 }  // namespace
