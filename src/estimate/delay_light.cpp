@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimate/delay_parts.h"
+#include "estimate/lane_choice.h"
 #include "estimate/light_checks.h"
 #include "estimate/light_edges.h"
 #include "estimate/power_blocks.h"
-#include "estimate/speed_gate.h"
 #include "optics/road.h"
 
 namespace vildar {
@@ -235,35 +236,54 @@ Outcome<DelayProblem> delay_problem(const Site& site, const PowerTrace& one,
 
 namespace {
 
-bool vehicles_drive_so(const DelayFit& fit) {
-  return fit.mean_acceleration_mps2 > -kHardestBraking_mps2 &&
-         fit.mean_acceleration_mps2 < kHardestSpeedingUp_mps2;
-}
-
-// The whole pulses say most. Where the light ends in an edge that no smooth curve follows (a mask,
-// another lamp coming in), their rise alone. Where the pulses are poorly alike, what sets them
-// apart may have been taken for motion.
+// The whole pulses say most. Where light of others is in them, their brighter part; where the light
+// ends in an edge that no smooth curve follows (a mask, another lamp coming in), their rise alone.
+// Where the pulses are poorly alike, what sets them apart may have been taken for motion.
 Outcome<DelayFit> pair_speed(const Site& site, const PowerTrace& one, const PowerTrace& other,
                              double from_s, double to_s, double asked_from_s, double asked_to_s) {
-  constexpr double kAlikeChi2 = 1.5, kAlikeFactor = 1.5;
-  Outcome<DelayFit> whole = Miss::no_scale;
-  for (const bool to_peak : {false, true}) {
+  const auto problem_of = [&](bool to_peak) {
     auto problem = delay_problem(site, one, other, from_s, to_s, to_peak);
-    if (const Miss* miss = std::get_if<Miss>(&problem)) return *miss;
-    std::get<DelayProblem>(problem).asked_from_s = asked_from_s;
-    std::get<DelayProblem>(problem).asked_to_s = asked_to_s;
-    auto outcome = fit_delay(std::get<DelayProblem>(problem));
-    const auto* fit = std::get_if<DelayFit>(&outcome);
-    if (!to_peak && fit && fit->chi2_per_dof < kAlikeChi2 && fit->sigma_factor < kAlikeFactor)
-      return outcome;
-    if (fit && !vehicles_drive_so(*fit)) outcome = Miss::bad_fit;
-    if (to_peak && std::holds_alternative<DelayFit>(outcome)) return outcome;
-    // The rise alone cannot tell a gain from a delay.
-    if (const Miss* miss = std::get_if<Miss>(&outcome); miss && *miss == Miss::sensors_contradict)
-      return outcome;
-    if (!to_peak) whole = std::move(outcome);
+    if (auto* posed = std::get_if<DelayProblem>(&problem)) {
+      posed->asked_from_s = asked_from_s;
+      posed->asked_to_s = asked_to_s;
+    }
+    return problem;
+  };
+  const auto contradicts = [](const Outcome<DelayFit>& outcome) {
+    const Miss* miss = std::get_if<Miss>(&outcome);
+    return miss && *miss == Miss::sensors_contradict;
+  };
+  const auto posed = problem_of(false);
+  if (const Miss* miss = std::get_if<Miss>(&posed)) return *miss;
+  const auto& problem = std::get<DelayProblem>(posed);
+  auto outcome = fit_delay(problem);
+  // Neither a part nor the rise alone can tell a gain from a delay.
+  if (contradicts(outcome)) return outcome;
+  DelayFit* whole = std::get_if<DelayFit>(&outcome);
+  const bool alike = whole && is_alike(*whole), abreast = lanes_towards(site.road) > 1;
+  if (whole && (is_quiet(*whole) || (alike && abreast))) return outcome;
+  if (auto part = abreast ? std::nullopt : quiet_part(problem)) {
+    DelayFit& stands = alike && agrees(problem, part->fit) ? *whole : part->fit;
+    widen(stands, part->spread_mps);
+    return stands;
   }
-  return whole;
+  if (alike) {
+    widen_for_others(problem, *whole);
+    return outcome;
+  }
+  const auto posed_rise = problem_of(true);
+  if (const Miss* miss = std::get_if<Miss>(&posed_rise)) return *miss;
+  const auto& rise = std::get<DelayProblem>(posed_rise);
+  auto of_rise = fit_delay(rise);
+  if (contradicts(of_rise)) return of_rise;
+  if (auto* fit = std::get_if<DelayFit>(&of_rise);
+      fit && (abreast ? vehicles_drive_so(*fit) : is_quiet(*fit))) {
+    if (!abreast) widen(*fit, spread_of_parts_mps(rise, *fit));
+    return of_rise;
+  }
+  if (whole && !vehicles_drive_so(*whole)) return Miss::bad_fit;
+  if (whole && !abreast) widen(*whole, spread_of_parts_mps(problem, *whole));
+  return outcome;
 }
 
 void widen_for_pulses(const Site& site, const PowerTrace& one, const PowerTrace& other,

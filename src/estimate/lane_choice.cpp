@@ -35,4 +35,9 @@ std::vector<const LaneSite*> lanes_near(const RoadSite& road, Direction directio
   return near;
 }
 
+std::size_t lanes_towards(const RoadSite& road) {
+  return static_cast<std::size_t>(
+      std::ranges::count(road.lanes, Direction::oncoming, &LaneSite::direction));
+}
+
 }  // namespace vildar

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "types/site.h"
@@ -20,6 +21,9 @@ RoadEdges road_edges(const RoadSite& road);
 /// be in: those within five sigmas.
 std::vector<const LaneSite*> lanes_near(const RoadSite& road, Direction direction,
                                         Uncertain lateral_m);
+
+/// How many lanes are oncoming.
+std::size_t lanes_towards(const RoadSite& road);
 
 /// Share of vehicles that drive in no lane: they change lanes, overtake, park.
 inline constexpr double kOffLaneShare = 0.02;

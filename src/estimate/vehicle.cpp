@@ -245,11 +245,6 @@ void fuse(const VehicleTrack& track, const Site& site, std::span<const VehiclePo
   trajectories = std::move(joined.trajectories);
 }
 
-std::size_t lanes_towards(const RoadSite& road) {
-  return static_cast<std::size_t>(
-      std::ranges::count(road.lanes, Direction::oncoming, &LaneSite::direction));
-}
-
 // Whether the light up to its peak between two clip times is of lamps that pulse.
 bool pulses_by_its_peak(const PowerTrace& trace, const Site& site, double from_s, double to_s) {
   const double offset_s =

@@ -1,0 +1,67 @@
+#include "estimate/delay_parts.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "delay_pair.h"
+#include "support/trials.h"
+
+namespace vildar {
+namespace {
+
+using simulated::Pair;
+using simulated::pair_of;
+using simulated::Vehicle;
+
+/// Tail lamps on the lane beyond, as bright at `nearest_m` as `share` of the pair's most light: by
+/// the inverse square, from where they come into a view of 65 degrees to each side.
+void add_tail_lamps(double share, double speed_mps, double passes_s, const Site& site, Pair& pair) {
+  constexpr double kAside_m = 7.8;  // of 7 m and 3.4 m below
+  const double edge_m = kAside_m / std::tan(radians_from_degrees(65.0));
+  const double most_w = *std::ranges::max_element(pair.near.power_w) - pair.near.ambient_w;
+  const double nearest2_m2 = kAside_m * kAside_m + edge_m * edge_m;
+  for (PowerTrace* trace : {&pair.near, &pair.far}) {
+    const double stands_m =
+        site.photodiodes[static_cast<std::size_t>(trace->photodiode)].position_m[0].mean;
+    for (std::size_t i = 0; i < trace->time_s.size(); ++i) {
+      const double ahead_m = speed_mps * (trace->time_s[i] - passes_s) - stands_m;
+      if (ahead_m > edge_m)
+        trace->power_w[i] += static_cast<float>(share * most_w * nearest2_m2 /
+                                                (kAside_m * kAside_m + ahead_m * ahead_m));
+    }
+  }
+}
+
+TEST(DelayParts, TailLampsThatPassTheOtherWayDoNotBendTheSpeed) {
+  constexpr int kTrials = trials(40);
+  const Site site = simulated::two_photodiodes(2.0);
+  Random random(31);
+  int measured = 0, inside = 0;
+  double worst_sigmas = 0.0;
+  for (int i = 0; i < kTrials; ++i) {
+    Vehicle car;
+    car.speed_mps = random.uniform(14.0, 32.0);
+    car.acceleration_mps2 = random.normal(0.0, 0.4);
+    Pair pair = pair_of(car, site, {.snr_db = 45.0});
+    const double passed_s = pair.far.time_s.back();
+    add_tail_lamps(random.uniform(0.005, 0.02), random.uniform(14.0, 32.0),
+                   passed_s - random.uniform(0.5, 3.0), site, pair);
+    const auto outcome = pair.speed(site);
+    const auto* fit = std::get_if<DelayFit>(&outcome);
+    if (!fit) continue;
+    ++measured;
+    const SpeedEstimate& speed = fit->speed;
+    const double truth_mps = car.speed_at_mps(speed.time_s);
+    inside += truth_mps > speed.lo95_mps && truth_mps < speed.hi95_mps;
+    worst_sigmas = std::max(worst_sigmas, std::abs(speed.speed_mps - truth_mps) / speed.std_mps);
+  }
+  EXPECT_GE(measured, kTrials * 8 / 10);
+  EXPECT_GE(inside, 0.95 * measured - 3.0 * std::sqrt(0.95 * 0.05 * measured));
+  EXPECT_LT(worst_sigmas, 4.0);
+}
+
+}  // namespace
+}  // namespace vildar
