@@ -89,4 +89,12 @@ void check_law(std::span<VehicleResult> vehicles) {
   }
 }
 
+std::string warning_of_too_fast(Method method, const SpeedEstimate& speed) {
+  return std::string(name_of(method)) + " gives " + fixed_text(kmh_from_mps(speed.speed_mps), 0) +
+         " km/h, faster than vehicles drive; check the photodiodes' positions (metres), t_s "
+         "(seconds), " +
+         (by_law(method) ? "channel.gain_db and lamp_power_w, and the unit of the trace (W, A, V)"
+                         : "and that both are sampled at the same times");
+}
+
 }  // namespace vildar

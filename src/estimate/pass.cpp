@@ -4,7 +4,6 @@
 #include <optional>
 #include <stdexcept>
 
-#include "core/quantity.h"
 #include "core/text.h"
 #include "estimate/contradictions.h"
 #include "estimate/delay_light.h"
@@ -243,6 +242,7 @@ void stand_by_surest(const std::vector<Found>& methods, VehicleResult& result) {
   for (const Found& found : methods) {
     result.methods.push_back(found.row);
     const auto* speed = std::get_if<SpeedEstimate>(&found.row.speed);
+    if (speed && too_fast(*speed)) result.methods.back().speed = Miss::outside_model;
     if (law_denied && found.row.method != Method::delay_photodiodes) continue;
     if (!likelihood && found.row.method == Method::ml_photodiode) continue;
     if (speed && (!surest || speed->std_mps < std::get<SpeedEstimate>(surest->row.speed).std_mps))
@@ -275,14 +275,7 @@ void stand_by_surest(const std::vector<Found>& methods, VehicleResult& result) {
   result.n_pd_samples = surest->row.samples;
   if (too_fast(result.speed)) {
     result.withheld = Miss::outside_model;
-    result.warnings.push_back(
-        std::string(name_of(result.method)) + " gives " +
-        fixed_text(kmh_from_mps(result.speed.speed_mps), 0) +
-        " km/h, faster than vehicles drive; check the photodiodes' positions (metres), t_s "
-        "(seconds), " +
-        (result.method == Method::delay_photodiodes
-             ? "and that both are sampled at the same times"
-             : "channel.gain_db and lamp_power_w, and the unit of the trace (W, A, V)"));
+    result.warnings.push_back(warning_of_too_fast(result.method, result.speed));
     return;
   }
   // Slow is what a law says of light that hardly changes, whatever it comes of.

@@ -14,10 +14,10 @@ inline bool useful(const SpeedEstimate& speed) {
   return speed.std_mps <= kShare * speed.speed_mps || speed.std_mps <= kAbsolute_mps;
 }
 
-/// Surely faster than any vehicle on a road.
+/// Faster than any vehicle on a road, by more than its sigma.
 inline bool too_fast(const SpeedEstimate& speed) {
-  constexpr double kFastest_mps = 100.0, kSigmas = 3.0;
-  return speed.speed_mps - kSigmas * speed.std_mps > kFastest_mps;
+  constexpr double kFastest_mps = 100.0;
+  return speed.speed_mps - speed.std_mps > kFastest_mps;
 }
 
 /// Of the logarithm of a speed: from here on the 95 % interval spans a factor of 50, and the speed

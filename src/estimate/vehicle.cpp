@@ -350,6 +350,11 @@ Delay delay_of(const Site& site, std::span<const VehiclePower> power,
                          : delay_alone(site, power, asked, trajectory, result, row);
   row.method = Method::delay_photodiodes;
   if (delay.spoilt) row.speed = *delay.spoilt;
+  if (const auto* speed = std::get_if<SpeedEstimate>(&row.speed); speed && too_fast(*speed)) {
+    result.warnings.push_back(warning_of_too_fast(row.method, *speed));
+    row.speed = Miss::outside_model;
+    delay.fit.reset();
+  }
   result.methods.push_back(row);
   return delay;
 }

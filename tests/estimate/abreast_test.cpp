@@ -160,6 +160,19 @@ TEST_F(BesideACamera, OneAloneIsMeasuredByBoth) {
   EXPECT_LT(std::abs(result.speed.speed_mps - 20.0), 4.0 * result.speed.std_mps);
 }
 
+// Photodiodes that stand 2 m apart, where the site says 20.
+TEST_F(BesideACamera, ADelayFasterThanVehiclesDriveIsNoSpeed) {
+  Site wrong = site_;
+  wrong.photodiodes[1].position_m[0].mean = 20.0;
+  const VehicleResult result = seen_with(traces_of({{20.0, kNear2_m2}}, random_), wrong);
+  EXPECT_EQ(std::get<Miss>(delay_in(result).speed), Miss::outside_model);
+  EXPECT_TRUE(std::ranges::any_of(result.warnings, [](const std::string& warning) {
+    return warning.find("faster than vehicles drive") != std::string::npos;
+  }));
+  ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
+  EXPECT_LT(std::abs(result.speed.speed_mps - 20.0), 4.0 * result.speed.std_mps);
+}
+
 // Light that seems to brake by 2.5 m/s^2, as that of a follower beside the own may, at about the
 // speed that the camera sees: of one speed the camera's stands; 30 % off neither can be trusted.
 TEST_F(BesideACamera, ADelayThatDeniesTheAccelerationAloneLeavesTheSpeedToIt) {

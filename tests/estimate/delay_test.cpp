@@ -118,6 +118,10 @@ TEST(Delay, APassSaysWhyThePairGaveNoSpeed) {
       << fast.speed.speed_mps << " +- " << fast.speed.std_mps;
   ASSERT_FALSE(fast.warnings.empty());
   EXPECT_NE(fast.warnings.back().find("faster than vehicles drive"), std::string::npos);
+  for (const MethodResult& row : fast.methods)
+    if (row.method == Method::delay_photodiodes) {
+      EXPECT_EQ(std::get<Miss>(row.speed), Miss::outside_model);
+    }
   // Gains that the site denies.
   const VehicleResult denied = pass_result(site, pair_of(vehicle, site, {}, 1.5), vehicle);
   EXPECT_EQ(denied.withheld, Miss::sensors_contradict);
