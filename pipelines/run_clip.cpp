@@ -221,7 +221,8 @@ class Measuring {
 
 }  // namespace
 
-ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const Site& site,
+ClipMeasurement measure_clip(ClipSource& clip, const std::optional<Retiming>& retiming,
+                             const RunOptions& options, const Site& site,
                              std::span<const PowerTrace> traces, TracksWriter& tracks,
                              BlobsWriter* blobs) {
   ClipMeasurement measurement;
@@ -234,11 +235,21 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
   Measuring measuring(options, site, traces, tracks, measurement);
   Progress progress("measuring", clip.info().frames_declared, "frames");
   StageTimer timer(measurement.timings_s);
-  while (const std::optional<Frame> frame = clip.next()) {
+  EvenStamps stamps;
+  std::optional<CameraTime> taken;  // the last one that was measured
+  while (std::optional<Frame> frame = clip.next()) {
     throw_if_interrupted();
     timer.charge("decode");
     measurement.last_frame_s = seconds_of(frame->time);
+    stamps.add(frame->index, frame->time);
     if (frame->damaged) continue;  // what it shows may never have been; a gap does no harm
+    if (retiming) {
+      frame->time = retiming->time_of(frame->index);
+      if (taken && frame->time <= *taken) {
+        measurement.repeated_frames.push_back(frame->index);
+        continue;
+      }
+    }
     BlobFrame found = detector.detect(*frame);
     combing.add(*frame, found.blobs);
     timer.charge("detect");
@@ -246,6 +257,7 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
       measurement.repeated_frames.push_back(found.frame);
       continue;
     }
+    taken = frame->time;
     std::vector<VehicleTrack> ended = tracker.update(found);
     measurement.blobs += static_cast<std::int64_t>(found.blobs.size());
     measurement.black_pictures.add(*frame, !found.blobs.empty());
@@ -268,6 +280,8 @@ ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const 
   timer.charge("estimate");
 
   measurement.woven = combing.told();
+  measurement.retiming =
+      retiming_of(stamps, measurement.repeated_frames, measuring.steps().after_one_missing());
   measurement.info = clip.info();
   measurement.counts = clip.counts();
   measurement.track_counts = tracker.counts();

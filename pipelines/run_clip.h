@@ -9,6 +9,7 @@
 #include "capture/clip_source.h"
 #include "estimate/frame_steps.h"
 #include "pipelines/black_pictures.h"
+#include "pipelines/retiming.h"
 #include "pipelines/run_pipeline.h"
 #include "pipelines/vehicle_power.h"
 #include "sink/csv_tables.h"
@@ -34,7 +35,8 @@ struct ClipMeasurement {
   FrameSteps::Tally frame_steps;
   BlackPictures black_pictures;
   std::vector<std::int64_t> repeated_frames;  ///< that show the frame before again
-  bool woven = false;  ///< the pictures are of two fields, though they do not say so
+  bool woven = false;                ///< the pictures are of two fields, though they do not say so
+  std::optional<Retiming> retiming;  ///< that they were given another rate
   std::int64_t blobs = 0;
   double last_frame_s = 0.0;
   std::vector<VehicleResult> vehicles;  ///< by track id
@@ -46,8 +48,9 @@ struct ClipMeasurement {
 /// Reads the clip once: finds lamps, follows vehicles, measures each as soon as its track has ended
 /// (with photodiodes: as soon as no vehicle that was in view with it is still followed), gives of
 /// one that was seen twice the better speed, and writes them once none that was in view with them
-/// is still followed.
-ClipMeasurement measure_clip(ClipSource& clip, const RunOptions& options, const Site& site,
+/// is still followed. Frames are taken to be of their stamps' times, or those of `retiming`.
+ClipMeasurement measure_clip(ClipSource& clip, const std::optional<Retiming>& retiming,
+                             const RunOptions& options, const Site& site,
                              std::span<const PowerTrace> traces, TracksWriter& tracks,
                              BlobsWriter* blobs);
 

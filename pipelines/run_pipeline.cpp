@@ -114,6 +114,22 @@ void note_repeated_frames(const RunOptions& options, const ClipMeasurement& meas
   const std::int64_t repeated = std::ssize(measurement.repeated_frames);
   const std::int64_t read = measurement.counts.frames_read;
   summary.counts["frames_repeated"] = repeated;
+  summary.counts["frames_retimed"] = measurement.retiming ? read - repeated : 0;
+  if (measurement.retiming) {
+    const Retiming& retiming = *measurement.retiming;
+    const std::string when = "measured at the even times of " + fixed_text(retiming.rate_hz(), 2) +
+                             " frames/s; keep the recorder's own frames and time stamps";
+    summary.warnings.push_back(
+        options.clip->string() + ": " +
+        (retiming.change.repeats()
+             ? std::to_string(repeated) + " of " + std::to_string(read) +
+                   " frames show the one before again, regularly, as where a clip was given a "
+                   "higher rate; left out, and the others " +
+                   when
+             : "lamps jump regularly, as where frames were left out to give a clip a lower rate; " +
+                   when));
+    return;
+  }
   if (repeated == 0 || static_cast<double>(repeated) < kShareToTellOf * static_cast<double>(read))
     return;
   summary.warnings.push_back(
@@ -271,28 +287,33 @@ struct MeasuredClip {
   std::optional<BlobsWriter> blobs;
 };
 
-MeasuredClip measured(ClipSource& clip, const RunOptions& options, const Site& site,
+MeasuredClip measured(ClipSource& clip, const std::optional<Retiming>& retiming,
+                      const RunOptions& options, const Site& site,
                       const std::vector<PowerTrace>& traces) {
   MeasuredClip made{{}, TracksWriter(options.out / "tracks.csv"), {}};
   if (options.blobs) made.blobs.emplace(options.out / "blobs.csv");
-  made.measurement =
-      measure_clip(clip, options, site, traces, made.tracks, made.blobs ? &*made.blobs : nullptr);
+  made.measurement = measure_clip(clip, retiming, options, site, traces, made.tracks,
+                                  made.blobs ? &*made.blobs : nullptr);
   return made;
 }
 
-// A clip that turns out to be woven of two fields is read once more, by one of them.
-MeasuredClip measured_by_field(ClipSource& clip, const RunOptions& options, const Site& site,
+// A clip that turns out to be woven of two fields, or to have been given another rate, is read once
+// more: by one field, with the times at which its frames were taken.
+MeasuredClip measured_as_taken(ClipSource& clip, const RunOptions& options, const Site& site,
                                const std::vector<PowerTrace>& traces) {
   std::map<std::string, double> spent_s;
+  std::optional<Retiming> retiming;
+  ClipOptions as_taken = options.clip_options;
   {
-    MeasuredClip made = measured(clip, options, site, traces);
-    if (!made.measurement.woven) return made;
+    MeasuredClip made = measured(clip, std::nullopt, options, site, traces);
+    retiming = made.measurement.retiming;
+    as_taken.one_field = made.measurement.woven;
+    if (!as_taken.one_field && !retiming) return made;
     spent_s = std::move(made.measurement.timings_s);
   }
-  ClipOptions by_field = options.clip_options;
-  by_field.one_field = true;
-  ClipSource field(*options.clip, by_field);
-  MeasuredClip again = measured(field, options, site, traces);
+  ClipSource again_from(*options.clip, as_taken);
+  MeasuredClip again = measured(again_from, retiming, options, site, traces);
+  again.measurement.retiming = retiming;
   for (const auto& [stage, time_s] : spent_s) again.measurement.timings_s[stage] += time_s;
   return again;
 }
@@ -323,7 +344,7 @@ RunOutcome run_pipeline(const RunOptions& options) {
     check_site_fits_clip(site, clip.info().width_px, clip.info().height_px);
     const std::vector<PowerTrace> traces = read_traces(options, site, summary);
     if (options.photodiode) timer.charge("read");
-    auto [measurement, tracks, blobs] = measured_by_field(clip, options, site, traces);
+    auto [measurement, tracks, blobs] = measured_as_taken(clip, options, site, traces);
     describe_clip(options, site, measurement, summary);
     add_passes(options, site, traces, measurement, summary);
     if (options.annotate) files.push_back(annotate_clip(options, measurement));

@@ -92,24 +92,35 @@ bool FrameSteps::Tally::regular() const {
   return false;
 }
 
-void FrameSteps::Evidence::count_in(Tally& tally, std::int64_t frame) const {
-  constexpr double kSharp = 0.15, kPlain = 0.35, kWhole = 0.25;  // frames' ways
-  if (!(weight * kSharp * kSharp > 1.0)) return;
+bool FrameSteps::Evidence::is_judged() const {
+  constexpr double kSharp = 0.15;  // frames' ways
+  return weight * kSharp * kSharp > 1.0;
+}
+
+std::optional<double> FrameSteps::Evidence::whole_surplus() const {
+  constexpr double kPlain = 0.35, kWhole = 0.25;  // frames' ways
   const double surplus = along / weight, whole = std::round(surplus);
+  if (std::abs(surplus) < kPlain) return 0.0;
+  if (std::abs(surplus - whole) > kWhole || whole < -1.0) return std::nullopt;
+  return whole;
+}
+
+void FrameSteps::Evidence::count_in(Tally& tally, std::int64_t frame) const {
+  if (!is_judged()) return;
+  const auto whole = whole_surplus();
   ++tally.judged;
-  const bool jump = surplus >= kPlain && whole > 0.0 && std::abs(surplus - whole) <= kWhole;
+  const bool jump = whole && *whole > 0.0;
   for (std::size_t period = 2; period < tally.judged_at.size(); ++period) {
     const auto at = static_cast<std::size_t>(frame) % period;
     ++tally.judged_at[period][at];
     tally.jumps_at[period][at] += jump;
   }
-  if (std::abs(surplus) < kPlain) return;
-  if (std::abs(surplus - whole) > kWhole || whole < -1.0) {
+  if (!whole) {
     ++tally.odd;
   } else if (jump) {
     ++tally.jumps;
-    tally.missing += static_cast<std::int64_t>(whole);
-  } else {
+    tally.missing += static_cast<std::int64_t>(*whole);
+  } else if (*whole < 0.0) {
     ++tally.repeated;
   }
 }
@@ -146,6 +157,13 @@ FrameSteps::Tally FrameSteps::all() const {
   Tally tally = forgotten_;
   for (const auto& [frame, evidence] : steps_) evidence.count_in(tally, frame);
   return tally;
+}
+
+std::vector<std::int64_t> FrameSteps::after_one_missing() const {
+  std::vector<std::int64_t> frames;
+  for (const auto& [frame, evidence] : steps_)
+    if (evidence.is_judged() && evidence.whole_surplus() == 1.0) frames.push_back(frame + 1);
+  return frames;
 }
 
 double FrameSteps::missing_share(std::int64_t first, std::int64_t last) const {

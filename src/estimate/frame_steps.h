@@ -3,6 +3,8 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
+#include <vector>
 
 #include "types/result.h"
 #include "types/vehicle_track.h"
@@ -44,6 +46,8 @@ class FrameSteps {
   /// Of the frames `first` to `last`; the last 20 000 steps are kept one by one.
   Tally between(std::int64_t first, std::int64_t last) const;
   Tally all() const;
+  /// Frames before which just one seems to be missing, of the last 20 000 steps.
+  std::vector<std::int64_t> after_one_missing() const;
   /// Time that the stamps leave out within these frames over what they tell: of the steps judged
   /// there, or of all of the clip where those are few. 0 where fewer than kFewestMissing are
   /// missing in all.
@@ -53,6 +57,9 @@ class FrameSteps {
   /// Of one step: sums over lamps of (way x surplus way) and way squared, over the variance.
   struct Evidence {
     double along = 0.0, weight = 0.0;
+    bool is_judged() const;
+    /// Whole frames' ways by which the step is too long; nothing where it is by no whole number.
+    std::optional<double> whole_surplus() const;
     void count_in(Tally& tally, std::int64_t frame) const;
   };
   std::map<std::int64_t, Evidence> steps_;  ///< by the frame that they start from

@@ -107,6 +107,36 @@ TEST(RepeatedFrames, AreLeftOut) {
   }
 }
 
+// The sample's scene taken at one rate and given another, as editors and video sites do: frames
+// stand up to half a frame early and late by turns.
+TEST(AnotherRate, ItsFramesAreMeasuredAtTheTimesAtWhichTheyWereTaken) {
+  for (const auto& [taken_hz, clip_hz] : {std::pair(25.0, 30.0), std::pair(30.0, 25.0)}) {
+    const TemporaryFolder folder;
+    Scenario scenario = load_scenario(kSample / "scenario.yaml");
+    const RunOptions options = options_in(folder.path());
+    scenario.frame_rate_hz = clip_hz;
+    Renderer renderer(scenario);
+    ClipWriter writer(*options.clip, scenario);
+    const int frames = static_cast<int>(scenario.duration_s * clip_hz);
+    for (int i = 0; i < frames; ++i)
+      writer.write(renderer.image(std::floor(i * taken_hz / clip_hz) / taken_hz));
+    writer.commit();
+    const RunOutcome run = run_pipeline(options);
+    EXPECT_GT(run.summary.counts.at("frames_retimed"), frames * 4 / 5) << clip_hz;
+    EXPECT_TRUE(std::ranges::any_of(run.summary.warnings, [&](const std::string& warning) {
+      return warning.find(taken_hz == 25.0 ? "even times of 25.00" : "even times of 30.00") !=
+             std::string::npos;
+    })) << clip_hz;
+    ASSERT_EQ(run.vehicles.size(), scenario.vehicles.size()) << clip_hz;
+    for (const VehicleResult& vehicle : run.vehicles) {
+      ASSERT_FALSE(vehicle.withheld) << vehicle.track_id;
+      EXPECT_TRUE(std::ranges::any_of(scenario.vehicles, [&](const VehicleScene& truth) {
+        return std::abs(vehicle.speed.speed_mps - truth.speed_mps) < 2.0 * vehicle.speed.std_mps;
+      })) << vehicle.speed.speed_mps;
+    }
+  }
+}
+
 /// Even rows of one picture between the odd ones of another.
 Frame woven(const Frame& even, const Frame& odd) {
   const auto stride = static_cast<std::size_t>(even.luma.stride_bytes);
