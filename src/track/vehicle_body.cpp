@@ -48,7 +48,10 @@ class Body {
 };
 
 constexpr double kSlice_m = 1.5;
-constexpr int kSlices = 4;
+
+// Lamps over a cab or a box stand up to 4.5 m behind headlamps; from behind a vehicle what is
+// farther before its tail lamps than a roof's bar is hidden by what carries these.
+int slices_of(const Vehicle& vehicle) { return vehicle.kind == LampKind::taillamp ? 3 : 4; }
 
 /// A light and both lamps of a vehicle in one frame.
 struct SeenTogether {
@@ -81,7 +84,7 @@ bool stands_within_body(const Lamp& light, const Vehicle& vehicle, const RoadVie
   const auto body = Body::of(vehicle.left->at_px(), vehicle.right->at_px(),
                              vehicle.inverse_depth_per_m, vehicle.width_per_depth, view);
   if (!body) return false;
-  for (int slice = 0; slice < kSlices; ++slice)
+  for (int slice = 0; slice < slices_of(vehicle); ++slice)
     if (body->holds(body->place_m(light.at_px(), slice * kSlice_m))) return true;
   return false;
 }
@@ -103,7 +106,7 @@ bool changes_place_on_body(const Lamp& light, const Vehicle& vehicle, const Road
     if (!bodies[i]) return false;
     most_m = std::max(most_m, kMost_px * bodies[i]->metre_of_px());
   }
-  for (int slice = 0; slice < kSlices; ++slice) {
+  for (int slice = 0; slice < slices_of(vehicle); ++slice) {
     const auto place_m = [&](std::size_t i) {
       return bodies[i]->place_m(seen[at[i]].light_px, slice * kSlice_m);
     };

@@ -187,6 +187,20 @@ TEST(TrackScene, MotorcycleIsASingleLamp) {
     EXPECT_EQ(outcome.tracks[i].single_lamp, outcome.car_of(i) == 0);
 }
 
+// It keeps in line with a place 4.5 m before the car's tail lamps and 0.8 m over them, where its
+// body would hide a light.
+TEST(TrackScene, AFasterMotorcycleInLineWithACarThatDrivesAwayIsNoLightOnIt) {
+  constexpr double kFarther = 1.4;
+  Scene made = mast();
+  made.site = scene::site_of(3.5, -5.0, 800.0, 1280, 720);
+  made.site.camera->yaw_rad.mean = radians_from_degrees(-8.0);
+  made.cars = {
+      car(8.0, -11.0, 10.5, LampKind::taillamp),
+      car(kFarther * (8.0 + 4.5), kFarther * (-11.0 + 0.8), kFarther * 10.5, LampKind::taillamp)};
+  made.cars[1].single = true;
+  expect_each_car_once(scene::run(made), 2, 0.85);
+}
+
 TEST(TrackScene, FarPairSplitsOutOfOneBlob) {
   Scene made = tower();  // 600 px: the pair is under 4 px apart beyond 190 m
   made.site = scene::site_of(6.0, -1.0, 600.0, 640, 360);
