@@ -1,6 +1,13 @@
 #include "estimate/half_hidden.h"
 
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iterator>
+
 #include <gtest/gtest.h>
+
+#include "core/clock.h"
 
 #include "estimate/vehicle.h"
 #include "simulated_pass.h"
@@ -54,6 +61,36 @@ TEST(HalfHidden, GoesWhereTheLampsAreAlikeElsewhere) {
 TEST(HalfHidden, ALampThatIsAlwaysTheFainterStays) {
   for (const VehicleSighting& one : without_half_hidden(hidden_until(9.0)).sightings)
     EXPECT_TRUE(one.left && one.right);
+}
+
+// A lamp alone that comes nearer, the first frames of it behind something.
+VehicleTrack lone_track(int hidden_frames) {
+  VehicleTrack track = seen_track();
+  track.single_lamp = true;
+  for (std::size_t k = 0; k < track.sightings.size(); ++k) {
+    VehicleSighting& sighting = track.sightings[k];
+    sighting.right.reset();
+    const double ahead_m = 70.0 - 20.0 * static_cast<double>(k) / kLong.frame_rate_hz;
+    sighting.left->flux = 1e6 / (ahead_m * ahead_m);
+    if (static_cast<int>(k) < hidden_frames) sighting.left->flux *= 0.3;
+  }
+  return track;
+}
+
+TEST(HalfHidden, OfALampAloneTheEndsAtWhichItIsFainterThanItsLightThereAsksFor) {
+  for (const int hidden : {0, 6}) {
+    const VehicleTrack track = lone_track(hidden);
+    const VehicleTrack whole = without_half_hidden(track);
+    EXPECT_EQ(std::ssize(whole.sightings), std::ssize(track.sightings) - hidden);
+    VehicleTrack backwards = track;
+    std::ranges::reverse(backwards.sightings);
+    const auto end_s = seconds_of(track.sightings.back().time);
+    for (VehicleSighting& one : backwards.sightings)
+      one.time =
+          CameraTime(std::chrono::nanoseconds(std::llround((end_s - seconds_of(one.time)) * 1e9)));
+    EXPECT_EQ(std::ssize(without_half_hidden(backwards).sightings),
+              std::ssize(track.sightings) - hidden);
+  }
 }
 
 }  // namespace
