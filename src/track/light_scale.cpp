@@ -51,6 +51,8 @@ std::optional<double> LightScale::typical(LampKind kind) const {
   return std::max(upper_quartile(head_.strengths, kFewest), tail);
 }
 
+bool LightScale::knows(LampKind kind) const { return of(kind).strengths.size() >= kFewest; }
+
 std::optional<double> LightScale::at_least(LampKind kind) const {
   constexpr double kFewDifferLn = 1.0;
   if (const auto known = typical(kind)) return known;

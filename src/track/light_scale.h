@@ -18,6 +18,8 @@ class LightScale {
   /// Upper quartile of the latest ones, for headlamps at least that of tail lamps; nothing before
   /// there are enough.
   std::optional<double> typical(LampKind kind) const;
+  /// Whether enough of this very kind are known to say how strong they may be at most.
+  bool knows(LampKind kind) const;
   /// Lamps of this kind are seldom weaker: the typical strength, or that of the one or two that are
   /// known less what those may be stronger than usual ones.
   std::optional<double> at_least(LampKind kind) const;

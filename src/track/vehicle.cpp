@@ -434,8 +434,8 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   light.lamps_clip = lights.usually_clips(lamp.kind());
   const auto usual = lights.at_least(lamp.kind());
   if (usual) light.strength_ln = median(strengths) - *usual;
-  // Of one or two lamps only that it is far fainter counts.
-  if (light.strength_ln && !lights.typical(lamp.kind()))
+  // Beside one or two lamps, or beside tail lamps, only that it is far fainter counts.
+  if (light.strength_ln && !lights.knows(lamp.kind()))
     light.strength_ln = std::min(*light.strength_ln, 0.0);
   // One that clips is no lamp for that.
   if (too_faint(strengths, lamp.kind(), lights, usual, 0.0,

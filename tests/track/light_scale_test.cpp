@@ -34,6 +34,14 @@ TEST(LightScale, OneLampTellsOnlyWhatIsFarFainter) {
   EXPECT_EQ(scale.at_least(LampKind::headlamp), 5.0);
 }
 
+TEST(LightScale, TailLampsTellHowStrongHeadlampsAreAtLeastAndNotAtMost) {
+  LightScale scale;
+  for (int i = 0; i < 5; ++i) scale.add(LampKind::taillamp, 2.0, 0.05, false);
+  EXPECT_EQ(scale.typical(LampKind::headlamp), 2.0);
+  EXPECT_FALSE(scale.knows(LampKind::headlamp));
+  EXPECT_TRUE(scale.knows(LampKind::taillamp));
+}
+
 TEST(LightScale, NoiseIsNoColourAndOneTailLampInAHundredIs) {
   LightScale grey, coloured;
   EXPECT_FALSE(grey.colourless());

@@ -201,6 +201,18 @@ TEST(TrackScene, AFasterMotorcycleInLineWithACarThatDrivesAwayIsNoLightOnIt) {
   expect_each_car_once(scene::run(made), 2, 0.85);
 }
 
+// The only headlamp among tail lamps is fifty times as strong as they are.
+TEST(TrackScene, AMotorcycleThatComesAmongCarsThatDriveAwayIsALamp) {
+  Scene made = mast();
+  for (int i = 0; i < 5; ++i)
+    made.cars.push_back(car(20.0 + 14.0 * i, -10.0 - 3.5 * (i % 2), 10.0, LampKind::taillamp));
+  for (Car& ahead : made.cars) ahead.power = 0.02;
+  made.cars.push_back(car(100.0, -4.0, -14.0));
+  made.cars.back().single = true;
+  made.duration_s = 6.0;
+  expect_each_car_once(scene::run(made), 6, 0.85);
+}
+
 TEST(TrackScene, FarPairSplitsOutOfOneBlob) {
   Scene made = tower();  // 600 px: the pair is under 4 px apart beyond 190 m
   made.site = scene::site_of(6.0, -1.0, 600.0, 640, 360);
