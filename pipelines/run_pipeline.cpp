@@ -157,9 +157,13 @@ void doubt_own_speed(const RunOptions& options, const EgoSite& ego, RunSummary& 
 void doubt_moving_lights(const RunOptions& options, const Site& site,
                          const ClipMeasurement& measurement, RunSummary& summary) {
   constexpr std::int64_t kFewest = 2, kMany = 5;
+  constexpr std::int64_t kOnABody = 2;  // side and roof lamps of a vehicle that was measured
   const std::int64_t lights = measurement.track_counts.moving_lights;
   const std::int64_t vehicles = std::ssize(measurement.vehicles);
-  if (site.ego || lights < (vehicles == 0 ? kFewest : std::max(kMany, vehicles + 1))) return;
+  const std::int64_t measured = std::ranges::count_if(
+      measurement.vehicles, [](const VehicleResult& vehicle) { return !vehicle.withheld; });
+  const std::int64_t explained = vehicles + kOnABody * measured;
+  if (site.ego || lights < (vehicles == 0 ? kFewest : std::max(kMany, explained + 1))) return;
   summary.warnings.push_back(
       options.site.string() + ": " + std::to_string(lights) +
       " lights moved through the picture for a second or more that are no vehicles on the road "
