@@ -207,6 +207,8 @@ struct Discord {
 Discord discord(const Trajectory& one, const Trajectory& other) {
   // Coding and clipping draw centres aside for longer than a part lasts.
   constexpr double kCoding = 0.01, kLeast = 0.001;  // of the speed
+  // So much a steady acceleration leaves where braking sets in or ends within a part.
+  constexpr double kOnset_mps = 0.2;
   if (one.problem.pairs != other.problem.pairs) return {};
   const double time_s = 0.5 * (std::max(one.from_s, other.from_s) + std::min(one.to_s, other.to_s));
   const auto told_by = [&](const Trajectory& of) {
@@ -221,7 +223,7 @@ Discord discord(const Trajectory& one, const Trajectory& other) {
   const bool nested = holds(one, other) || holds(other, one);
   Discord found{sigmas_apart(a, b, nested)};
   for (PartSpeed* part : {&a, &b})
-    part->sigma_mps = std::hypot(part->sigma_mps, kCoding * part->speed_mps);
+    part->sigma_mps = std::hypot(part->sigma_mps, kCoding * part->speed_mps, kOnset_mps);
   found.excludes = exclude_each_other(a, b, nested);
   return found;
 }

@@ -246,6 +246,30 @@ TEST(TrajectoryFit, ALineOfLampsThatTurnsIsNoVehicle) {
   EXPECT_EQ(measured, 0);
 }
 
+// From 15 m/s to a stop in 3.6 s, and it stands: parts of the track before, in and after it are of
+// one vehicle.
+TEST(TrajectoryFit, OneThatBrakesToAStopIsOneVehicle) {
+  const Site site = simulated::mast_site(1.5);
+  int measured = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    Random random(seed);
+    const double brakes_mps2 = random.uniform(3.5, 5.0), from_s = random.uniform(1.0, 1.6);
+    simulated::Vehicle car{.speed_mps = 15.0, .along_m = 64.0};
+    const double stops_s = from_s + 15.0 / brakes_mps2;
+    car.changes = {{from_s, -brakes_mps2}, {stops_s, brakes_mps2}};
+    const VehicleResult result =
+        estimate_vehicle(simulated::track_of(car, site, {.to_s = 7.0, .sigma_px = 0.05}, random),
+                         site, {})
+            .result;
+    if (result.withheld) continue;
+    ++measured;
+    EXPECT_LT(std::abs(result.speed.speed_mps - car.speed_at_mps(result.speed.time_s)),
+              3.0 * result.speed.std_mps)
+        << seed;
+  }
+  EXPECT_EQ(measured, 10);
+}
+
 TEST(TrajectoryFit, ABrakingThatBeginsInViewIsFollowed) {
   constexpr double kOnset_s = 0.16;  // between two steps of the fitted acceleration
   const Site site = surveyed();
