@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "core/random.h"
+#include "support/trials.h"
 
 namespace vildar {
 namespace {
@@ -96,7 +97,7 @@ TEST(RateChange, FramesLeftOutToo) {
 // Once in a hundred thousand such clips, by what is asked for.
 TEST(RateChange, FramesAnywhereAreNone) {
   Random random(5);
-  for (int trial = 0; trial < 600; ++trial) {
+  for (int trial = 0; trial < trials(600); ++trial) {
     const double share = random.uniform(0.02, 0.6);
     std::vector<std::int64_t> anywhere;
     for (std::int64_t k = 1; k < 300; ++k)
