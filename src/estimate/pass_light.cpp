@@ -12,13 +12,15 @@ namespace {
 
 constexpr std::size_t kWidth = kBeamWaves, kTilt = kBeamWaves + 1;  // shapes after the cosines
 constexpr double kBlock_s = 0.010;
+constexpr double kPerRad = kPi / kBeamEdge_rad;  // of the first cosine
 const double kAccelerationStd_mps2 = std::sqrt(kAccelerationVariance_m2ps4);
 
 struct Place {
-  Eigen::Vector3d toward_m;    ///< from the receiver
-  double arc_rad = 0.0;        ///< of the bend behind it
-  double off_axis_rad = 0.0;   ///< of the receiver as seen from the vehicle
-  double elevation_rad = 0.0;  ///< of the vehicle
+  Eigen::Vector3d toward_m;         ///< from the receiver
+  double arc_rad = 0.0;             ///< of the bend behind it
+  double off_axis_rad = 0.0;        ///< of the receiver as seen from the vehicle
+  double elevation_rad = 0.0;       ///< of the vehicle
+  double sine = 0.0, cosine = 0.0;  ///< the first of the beam's waves
 };
 
 Place place_at(const PowerCase& known, const PassMotion& motion, double time_s) {
@@ -29,9 +31,13 @@ Place place_at(const PowerCase& known, const PassMotion& motion, double time_s) 
                                 known.radius_m.mean);
   const Eigen::Vector3d toward_m =
       Eigen::Vector3d(point.x_m, point.y_m, known.lamp_height_m.mean) - known.receiver_m;
-  return {toward_m, known.bend * point.heading_rad,
-          std::atan2(toward_m.y(), toward_m.x()) - point.heading_rad,
-          std::atan2(toward_m.z(), toward_m.head<2>().norm())};
+  const double off_axis_rad = std::atan2(toward_m.y(), toward_m.x()) - point.heading_rad;
+  return {toward_m,
+          known.bend * point.heading_rad,
+          off_axis_rad,
+          std::atan2(toward_m.z(), toward_m.head<2>().norm()),
+          std::sin(kPerRad * off_axis_rad),
+          std::cos(kPerRad * off_axis_rad)};
 }
 
 // How a place moves with an unknown, and how its path's heading turns.
@@ -69,7 +75,7 @@ Shift by_lateral(const PowerCase& known, const Place& place) {
 
 // cos(k x) by its recurrence in k.
 BeamShapes shapes_at(const Place& place) {
-  const double first = std::cos(kPi * place.off_axis_rad / kBeamEdge_rad);
+  const double first = place.cosine;
   BeamShapes shapes;
   double before = 1.0, now = first;
   for (std::size_t k = 0; k < kBeamWaves; ++k) {
@@ -82,11 +88,9 @@ BeamShapes shapes_at(const Place& place) {
 }
 
 // The slope by the azimuth of a sum of these shapes with such weights.
-double slope_by_off_axis(const BeamShapes& weights, double off_axis_rad) {
-  constexpr double kPerRad = kPi / kBeamEdge_rad;
-  const double sine = std::sin(kPerRad * off_axis_rad);
-  const double cosine = std::cos(kPerRad * off_axis_rad);
-  double slope = 2.0 * weights[kWidth] * off_axis_rad, before = 0.0, now = sine;
+double slope_by_off_axis(const BeamShapes& weights, const Place& place) {
+  const double cosine = place.cosine;
+  double slope = 2.0 * weights[kWidth] * place.off_axis_rad, before = 0.0, now = place.sine;
   for (std::size_t k = 0; k < kBeamWaves; ++k) {
     slope -= weights[k] * static_cast<double>(k + 1) * kPerRad * now;
     now = 2.0 * cosine * now - std::exchange(before, now);
@@ -264,16 +268,16 @@ void PassLight::add_log_slopes_of_places(const Eigen::VectorXd& z, double ripple
     Eigen::Vector3d fall =
         -(law.path_loss_exponent + law.cosine_exponent) / distance2_m2 * place.toward_m;
     fall.x() += law.cosine_exponent / place.toward_m.x();
-    const double by_off_axis = slope_by_off_axis(weights, place.off_axis_rad);
+    const double by_off_axis = slope_by_off_axis(weights, place);
     const double level2_m2 = place.toward_m.head<2>().squaredNorm();
+    const double level_m = std::sqrt(level2_m2);
     auto column = slopes.col(static_cast<Eigen::Index>(i));
     const auto add = [&](PassUnknown unknown, const Shift& shift, double per_unknown) {
       const auto& [moved, turned] = shift;
       const double swung =
           (place.toward_m.x() * moved.y() - place.toward_m.y() * moved.x()) / level2_m2 - turned;
-      const double out_m = place.toward_m.head<2>().dot(moved.head<2>()) / std::sqrt(level2_m2);
-      const double raised =
-          (std::sqrt(level2_m2) * moved.z() - place.toward_m.z() * out_m) / distance2_m2;
+      const double out_m = place.toward_m.head<2>().dot(moved.head<2>()) / level_m;
+      const double raised = (level_m * moved.z() - place.toward_m.z() * out_m) / distance2_m2;
       const double unlike = per_unknown * (by_off_axis * swung + weights[kTilt] * raised);
       column[unknown] = per_unknown * fall.dot(moved) + unlike;
       mean[unknown] += unlike / static_cast<double>(blocks());
