@@ -38,9 +38,10 @@ std::ptrdiff_t hidden_of(const Sightings& sightings) {
     for (auto next = at; next != sightings.end(); ++next) {
       const double time_s = seconds_of(next->time) - seconds_of(at->time);
       if (std::abs(time_s) > kBeside_s) break;
+      const auto& lamp = next->left ? next->left : next->right;
+      if (!lamp) continue;
       times_s.push_back(time_s);
-      fluxes_ln.push_back(
-          std::log(std::max((next->left ? next->left : next->right)->flux, kLeastFlux)));
+      fluxes_ln.push_back(std::log(std::max(lamp->flux, kLeastFlux)));
     }
     constexpr std::size_t kFewest = 5;
     if (times_s.size() < kFewest ||
