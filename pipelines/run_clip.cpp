@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "core/text.h"
 #include "detect/combing.h"
@@ -11,6 +13,7 @@
 #include "estimate/one_place.h"
 #include "estimate/site_doubts.h"
 #include "estimate/steady_view.h"
+#include "estimate/two_lone_lamps.h"
 #include "estimate/vehicle.h"
 #include "optics/response.h"
 #include "pipelines/interrupt.h"
@@ -74,13 +77,12 @@ class Measuring {
 
   void take(std::vector<VehicleTrack> ended, const Tracker& tracker) {
     for (VehicleTrack& track : ended) {
+      track.id = ++last_id_;
       std::vector<std::int64_t> frames;
       for (const VehicleSighting& sighting : track.sightings) frames.push_back(sighting.frame);
       std::optional<SteadyView> steady = steady_view(track, tracker.turns_in(frames), site_);
       Ended one{std::move(track), std::move(steady)};
-      if (!traces_.empty() && one.track.kind == LampKind::headlamp && !one.track.beside_lanes_m)
-        lit_.push_back(one.steady ? lit_vehicle(one.steady->track, one.steady->site)
-                                  : lit_vehicle(one.track, site_));
+      note_light(one);
       waiting_.push_back(std::move(one));
     }
   }
@@ -111,6 +113,12 @@ class Measuring {
     std::optional<SteadyView> steady;
   };
 
+  void note_light(const Ended& one) {
+    if (traces_.empty() || one.track.kind != LampKind::headlamp || one.track.beside_lanes_m) return;
+    lit_.push_back(one.steady ? lit_vehicle(one.steady->track, one.steady->site)
+                              : lit_vehicle(one.track, site_));
+  }
+
   VehicleEstimate estimate_of(const Ended& one, std::span<const VehiclePower> power,
                               const std::optional<OwnPass>& pass) const {
     if (!one.steady) return estimate_vehicle(one.track, site_, power, pass);
@@ -128,6 +136,24 @@ class Measuring {
     return estimate;
   }
 
+  /// Of a pair whose lamps turn out to be of one vehicle each; the right one has a new id.
+  std::optional<std::pair<Ended, Ended>> two_vehicles_of(const Ended& one,
+                                                         const VehicleResult& found) {
+    const bool steadied = one.steady.has_value();
+    if (!two_lone_lamps(steadied ? one.steady->track : one.track, found,
+                        steadied ? one.steady->site : site_))
+      return std::nullopt;
+    auto [left, right] = lamps_alone(one.track);
+    std::pair<Ended, Ended> lamps{{std::move(left), {}}, {std::move(right), {}}};
+    lamps.second.track.id = ++last_id_;
+    if (!steadied) return lamps;
+    auto [steady_left, steady_right] = lamps_alone(one.steady->track);
+    steady_right.id = last_id_;
+    lamps.first.steady = {std::move(steady_left), one.steady->site};
+    lamps.second.steady = {std::move(steady_right), one.steady->site};
+    return lamps;
+  }
+
   void measure(const Ended& one) {
     const VehicleTrack& track = one.track;
     OfferedPower offered;
@@ -139,6 +165,12 @@ class Measuring {
       if (auto found = own_pass(lit_, index, site_, traces_, passes_)) pass = {*found, traces_};
     }
     VehicleEstimate estimate = estimate_of(one, offered.power, pass);
+    if (const auto lamps = two_vehicles_of(one, estimate.result)) {
+      std::erase_if(lit_, [&](const LitVehicle& lit) { return lit.track_id == track.id; });
+      for (const Ended* lamp : {&lamps->first, &lamps->second}) note_light(*lamp);
+      for (const Ended* lamp : {&lamps->first, &lamps->second}) measure(*lamp);
+      return;
+    }
     steps_.add(one.steady ? one.steady->track : track);
     if (offered.unexplained)
       estimate.result.warnings.push_back(
@@ -213,6 +245,7 @@ class Measuring {
   TracksWriter& tracks_;
   ClipMeasurement& measurement_;
   std::vector<Ended> waiting_;
+  int last_id_ = 0;  ///< of a vehicle
   MeasuredVehicles measured_;
   std::vector<VehicleEstimate> kept_;  ///< to be written
   FrameSteps steps_;

@@ -283,8 +283,7 @@ double Tracker::Impl::patience(const Lamp& lamp, std::int64_t frame) const {
 void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& ended) {
   for (const auto& vehicle : vehicles_)
     if (vehicle->cut_after) {
-      // They came apart, or a lamp went over to something else. What was good is the vehicle's, the
-      // rest starts anew.
+      // What was good is the vehicle's, what came apart or went over to another starts anew.
       for (Lamp* lamp : {vehicle->left, vehicle->right}) {
         if (!lamp) continue;
         auto& past = lamp == vehicle->left ? vehicle->past_left : vehicle->past_right;
@@ -292,6 +291,7 @@ void Tracker::Impl::end_lost(const BlobFrame& frame, std::vector<VehicleTrack>& 
         lamp->start_anew(frame.time, vehicle->both_seen);
         pairing_.forget({lamp});
       }
+      vehicle->lamps_go_on = vehicle->left || vehicle->right;
       vehicle->left = vehicle->right = nullptr;
     }
 

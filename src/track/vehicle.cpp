@@ -328,6 +328,7 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   }
   track.direction = track.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;
   track.single_lamp = false;
+  track.lamps_go_on = vehicle.lamps_go_on;
   track.ambiguous_identity =
       vehicle.ambiguous || !one_pair || (vehicle.came_apart && fitting < kSurePairsOfCut);
   return Verdict::vehicle;
@@ -467,6 +468,7 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   track.kind = leaves && !view.moving_sensor() && may_be_tail ? LampKind::taillamp : lamp.kind();
   track.direction = track.kind == LampKind::headlamp ? Direction::oncoming : Direction::receding;
   track.single_lamp = true;
+  track.lamps_go_on = false;
   track.ambiguous_identity = lamp.doubtful_at && *lamp.doubtful_at >= lamp.records.front().time;
   track.direction_contradicts =
       !passes &&

@@ -35,6 +35,7 @@ struct Vehicle {
   int images = 0;              ///< of these, as the image on the road of another pair
   std::optional<std::int64_t> cut_after;  ///< last frame before it was no longer one vehicle
   bool came_apart = false;                ///< that is why it was cut
+  bool lamps_go_on = false;               ///< a lamp of it began anew there
   /// Last frame in which the one light seen of it was another vehicle's; told once it has gone.
   std::optional<std::int64_t> last_as_another;
   bool ambiguous = false;

@@ -42,6 +42,8 @@ struct VehicleTrack {
   bool single_lamp = false;            ///< a motorcycle or a broken lamp: never seen as a pair
   /// The track crossed or merged with another so that its later part may belong to the other.
   bool ambiguous_identity = false;
+  /// It was cut where its lamps came apart, and they are followed on as others.
+  bool lamps_go_on = false;
   /// Colour says one direction of travel, motion the other.
   bool direction_contradicts = false;
   /// Drives here across the road, beside the lanes of the site file: no speed is told of it.
