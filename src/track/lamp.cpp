@@ -22,8 +22,9 @@ constexpr double kAccelerationSigma_mps2 = 4.0;
 constexpr double kShake_px = 0.4;
 constexpr double kShakeMoving_px = 0.8;
 constexpr double kShake_pxps2 = 40.0;
-// A camera that is held by hand turns all lamps more than that, look after look: where squares of
-// innovations have been so many times what they should be, so is the acceleration.
+// A camera that is held by hand turns all lamps more than that, look after look, as one that drives
+// through a bend does: where squares of innovations have been so many times what they should be, so
+// is the acceleration.
 constexpr double kUsualStrain = 1.5, kMostStrain = 10.0;
 // Flow vectors shorter than this say nothing about speed: the spot is at the vanishing point.
 constexpr double kFlowFloor_px = 25.0;
@@ -56,7 +57,7 @@ Lamp::Lamp(const Spot& spot, const LampPlace& place, std::int64_t frame, CameraT
   remember(spot, Eigen::Vector2d::Zero(), frame, time);
 }
 
-void Lamp::predict(double dt_s, const RoadView& view, bool sways) {
+void Lamp::predict(double dt_s, const RoadView& view, bool turns) {
   place_ = view.place(at_px_);
   const Eigen::Vector2d& flow_px = place_.toward_px;
   const double per_second =
@@ -73,7 +74,7 @@ void Lamp::predict(double dt_s, const RoadView& view, bool sways) {
   transition.bottomRightCorner<2, 2>() *= looming * looming;
   covariance_ = transition * covariance_ * transition.transpose();
   const double acceleration_pxps2 =
-      (sways ? std::clamp(strain_ / kUsualStrain, 1.0, kMostStrain) : 1.0) *
+      (turns ? std::clamp(strain_ / kUsualStrain, 1.0, kMostStrain) : 1.0) *
       std::hypot(kShake_pxps2,
                  kAccelerationSigma_mps2 * place_.inverse_depth_per_m * view.focal_px());
   const double shake_px = view.moving_sensor() ? kShakeMoving_px : kShake_px;

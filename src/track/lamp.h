@@ -69,9 +69,9 @@ class Lamp {
   Lamp(const Spot& spot, const LampPlace& place, std::int64_t frame, CameraTime time,
        const RoadView& view);
 
-  /// Moves the state on by dt_s > 0. Before a camera that sways it may be turned as late
+  /// Moves the state on by dt_s > 0. Before a camera that sways or drives it may be turned as late
   /// innovations say.
-  void predict(double dt_s, const RoadView& view, bool sways = false);
+  void predict(double dt_s, const RoadView& view, bool turns = false);
   /// The whole image moved by `shift_px` within dt_s. Where that goes on frame after frame it is
   /// movement of the lamps after all, so a share of it goes into the velocity.
   void shift(const Eigen::Vector2d& shift_px, double dt_s);

@@ -100,7 +100,7 @@ std::vector<VehicleTrack> Tracker::Impl::update(BlobFrame& frame) {
   const std::vector<Spot> spots = spots_of(frame, view_);
   for (const Blob& blob : frame.blobs)
     if (blob.kind != LampKind::other) lights_.see_colour(blob.cr, blob.cb);
-  for (const auto& lamp : lamps_) lamp->predict(dt_s, view_, sway_.told());
+  for (const auto& one : lamps_) one->predict(dt_s, view_, sway_.told() || view_.moving_sensor());
   const CommonShift shift = common_shift(lamps_, spots, reach_px_);
   sway_.see(shift);
   if (!shift.by_px.isZero())

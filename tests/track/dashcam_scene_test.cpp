@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "drive_past_lamps.h"
 #include "made_scenes.h"
 
 namespace vildar {
@@ -78,6 +79,55 @@ TEST(DashcamScene, StreetLampsTellADashcamsShake) {
   EXPECT_LT(std::sqrt(0.5 * square_px2 / frames), 0.25 * made.shake_px);
   made.shake_px = 0.0;
   for (const auto& turn : scene::run(made).turns) EXPECT_FALSE(turn);
+}
+
+// There the turning of the own vehicle, and not how lamps near, is the most of how they move in the
+// picture.
+TEST(DashcamScene, AnOncomingCarInABendStaysOneWhereTheCameraPitches) {
+  constexpr double kEgo_mps = 15.9, kCar_mps = 19.0, kRate_hz = 30.0, kCurvature_per_m = -1.0 / 148;
+  constexpr double kPitches_hz = 2.0;
+  constexpr double kFrom_m = 110.0, kLane_m = 3.5, kHalfSeparation_m = 0.62, kPitch_rad = 0.0035;
+  constexpr int kFrames = 70;
+  Scene made = dashcam(kEgo_mps);
+  made.site.road.kind = RoadKind::curved;
+  made.site.road.radius_m = Uncertain{148.0, 7.5};
+  made.site.road.turn = Turn::right;
+  const Camera camera(*made.site.camera);
+  Tracker tracker({}, made.site);
+  std::vector<VehicleTrack> tracks;
+  const auto keep = [&](std::vector<VehicleTrack> ended) {
+    for (VehicleTrack& track : ended) tracks.push_back(std::move(track));
+  };
+  for (int k = 0; k < kFrames; ++k) {
+    const double t_s = k / kRate_hz, ego_m = kEgo_mps * t_s;
+    BlobFrame frame;
+    frame.frame = k;
+    frame.time = time_from_seconds<CameraTime>(t_s);
+    for (const double aside_m : {kHalfSeparation_m, -kHalfSeparation_m}) {
+      const Eigen::Vector2d off_m =
+          drive::on_road_m(kFrom_m - kCar_mps * t_s, kLane_m + aside_m, kCurvature_per_m) -
+          drive::on_road_m(ego_m, 0.0, kCurvature_per_m);
+      const Eigen::Vector2d ahead_m = Eigen::Rotation2Dd(-kCurvature_per_m * ego_m) * off_m;
+      Blob blob;
+      blob.id = static_cast<int>(frame.blobs.size());
+      blob.centre_px = *camera.project({ahead_m.x(), ahead_m.y(), 0.68});
+      blob.centre_px.y() += 1000.0 * kPitch_rad * std::sin(2.0 * kPi * kPitches_hz * t_s);
+      blob.centre_sigma_px.setConstant(0.15);
+      blob.flux = 1e6 / ahead_m.squaredNorm();
+      blob.flux_sigma = 0.05 * blob.flux;
+      blob.area_px = 9;
+      blob.spread_px.setConstant(1.0);
+      const Eigen::Vector2i at_px = blob.centre_px.cast<int>();
+      blob.box = {at_px.x() - 2, at_px.y() - 2, at_px.x() + 2, at_px.y() + 2};
+      blob.kind = LampKind::headlamp;
+      blob.cb = -0.02;
+      frame.blobs.push_back(blob);
+    }
+    keep(tracker.update(frame));
+  }
+  keep(tracker.finish());
+  ASSERT_EQ(tracks.size(), 1U);
+  EXPECT_GE(tracks.front().sightings.size(), static_cast<std::size_t>(kFrames - 2));
 }
 
 }  // namespace
