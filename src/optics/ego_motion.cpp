@@ -170,6 +170,11 @@ double EgoMotion::speed_mps(double time_s) const {
   return site_.trace.empty() ? site_.speed_mps.mean : interpolated(time_s, &EgoSample::speed_mps);
 }
 
+double EgoMotion::turn_rate_rad_per_s(double time_s, double way_m) const {
+  if (turns_known_) return interpolated(time_s, &EgoSample::yaw_rate_rad_per_s);
+  return way_m < straight_m_ ? 0.0 : road_curvature_per_m_ * speed_mps(time_s);
+}
+
 template <class TurnRate>
 DrivenPose EgoMotion::driven(DrivenPose pose, double to_s,
                              const TurnRate& turn_rate_rad_per_s) const {
@@ -193,10 +198,8 @@ DrivenPose EgoMotion::driven(DrivenPose pose, double to_s,
 }
 
 DrivenPose EgoMotion::driven(const DrivenPose& from, double to_s) const {
-  return driven(from, to_s, [this](double time_s, double way_m) {
-    if (turns_known_) return interpolated(time_s, &EgoSample::yaw_rate_rad_per_s);
-    return way_m < straight_m_ ? 0.0 : road_curvature_per_m_ * speed_mps(time_s);
-  });
+  return driven(from, to_s,
+                [this](double time_s, double way_m) { return turn_rate_rad_per_s(time_s, way_m); });
 }
 
 // The slope of the line through the speeds about then, as far as the trace tells them: stamps and

@@ -114,6 +114,9 @@ class EgoMotion {
 
   bool moving() const { return moving_; }
   double speed_mps(double time_s) const;
+  /// Anticlockwise, as yaw rates tell it, else as the road's line y = 0 turns `way_m` from where
+  /// the clip began; 0 for a fixed camera.
+  double turn_rate_rad_per_s(double time_s, double way_m) const;
   /// Standard deviation of speed_mps: of all together, from the site file's `speed_mps`, and what a
   /// trace leaves open between its samples and beyond its ends while watched.
   double speed_std_mps() const {
@@ -126,8 +129,7 @@ class EgoMotion {
   /// most part. Without them one heads to and fro within the lane, and what is watched at about
   /// `range_m` may do so, too.
   OwnWay own_way(double reference_s, double range_m) const;
-  /// Driven on, or back, from a pose: it turns as yaw rates say, else as the road's line y = 0
-  /// turns `way_m` from where the clip began.
+  /// Driven on, or back, from a pose, with turn_rate_rad_per_s.
   DrivenPose driven(const DrivenPose& from, double to_s) const;
   /// Whether a trace, if one is used, spans the interval; beyond its ends the last speed is held.
   bool covers(double from_s, double to_s) const;

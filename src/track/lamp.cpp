@@ -35,7 +35,7 @@ constexpr double kMostDepthRate_per_s = 6.0;
 Lamp::Lamp(const Spot& spot, const LampPlace& place, std::int64_t frame, CameraTime time,
            const RoadView& view)
     : at_px_(spot.at_px),
-      velocity_pxps_(Eigen::Vector2d::Zero()),
+      state_s_(seconds_of(time)),
       place_(place),
       least_px_(spot.at_px),
       most_px_(spot.at_px),
@@ -43,9 +43,10 @@ Lamp::Lamp(const Spot& spot, const LampPlace& place, std::int64_t frame, CameraT
   const double inverse_depth = std::min(place.inverse_depth_per_m, kNearestPrior_per_m);
   const double likely_inverse_depth =
       std::min(inverse_depth + view.inverse_depth_sigma_per_m(place), kNearestPrior_per_m);
+  velocity_pxps_ = view.turning_pxps(at_px_, state_s_);
   // From a moving sensor everything nears at its speed, but what it follows.
   if (view.moving_sensor() && spot.blob->kind != LampKind::taillamp)
-    velocity_pxps_ = view.ego_speed_mps(seconds_of(time)) * inverse_depth * place.toward_px;
+    velocity_pxps_ += view.ego_speed_mps(seconds_of(time)) * inverse_depth * place.toward_px;
   const Eigen::Vector2d along = kSpeedSigma_mps * likely_inverse_depth * place.toward_px;
   const double spread_pxps = std::hypot(
       kUnknownSpeedSigma_pxps, kAcrossSpeedSigma_mps * likely_inverse_depth * view.focal_px());
@@ -60,14 +61,23 @@ Lamp::Lamp(const Spot& spot, const LampPlace& place, std::int64_t frame, CameraT
 void Lamp::predict(double dt_s, const RoadView& view, bool turns) {
   place_ = view.place(at_px_);
   const Eigen::Vector2d& flow_px = place_.toward_px;
-  const double per_second =
-      velocity_pxps_.dot(flow_px) / (flow_px.squaredNorm() + kFlowFloor_px * kFlowFloor_px);
-  depth_rate_per_s_ =
-      std::clamp(per_second * place_.depth_per_toward, -kMostDepthRate_per_s, kMostDepthRate_per_s);
+  // How the sensor turns moves far lights and near ones alike: it tells no depth.
+  const Eigen::Vector2d turning_pxps = view.turning_pxps(at_px_, state_s_);
+  // The sensor's own drive nears all lights, and what drives ahead of it gets away as fast.
+  const double own_per_s = view.ego_speed_mps(state_s_) * place_.inverse_depth_per_m;
+  const double away_per_s = kind() == LampKind::taillamp ? own_per_s : 0.0;
+  const Eigen::Vector2d expected_pxps = own_per_s * place_.sensor_ahead_px - away_per_s * flow_px;
+  const Eigen::Vector2d nearing_pxps = velocity_pxps_ - turning_pxps;
+  const double per_second = (nearing_pxps - expected_pxps).dot(flow_px) /
+                            (flow_px.squaredNorm() + kFlowFloor_px * kFlowFloor_px);
+  depth_rate_per_s_ = std::clamp((per_second - away_per_s) * place_.depth_per_toward +
+                                     own_per_s * place_.depth_per_sensor_ahead,
+                                 -kMostDepthRate_per_s, kMostDepthRate_per_s);
+  state_s_ += dt_s;
   // A point at constant speed on a straight line moves in the image as t / (1 + rate t).
   const double looming = 1.0 / std::max(0.4, 1.0 + depth_rate_per_s_ * dt_s);
-  at_px_ += velocity_pxps_ * dt_s * looming;
-  velocity_pxps_ *= looming * looming;
+  at_px_ += (nearing_pxps * looming + turning_pxps) * dt_s;
+  velocity_pxps_ = nearing_pxps * looming * looming + view.turning_pxps(at_px_, state_s_);
 
   Eigen::Matrix4d transition = Eigen::Matrix4d::Identity();
   transition.topRightCorner<2, 2>() = Eigen::Matrix2d::Identity() * dt_s * looming;

@@ -147,6 +147,7 @@ class Lamp {
 
   Eigen::Vector2d at_px_, velocity_pxps_;
   Eigen::Matrix4d covariance_;  ///< of (place, velocity)
+  double state_s_;              ///< clip time of place and velocity
   double strain_ = 1.0;         ///< squares of late innovations over what they should be
   LampPlace place_;
   double depth_rate_per_s_ = 0.0;

@@ -73,6 +73,9 @@ LampPlace RoadView::place(const Eigen::Vector2d& spot_px) const {
   place.down_px = flow_px(-camera_from_road.col(2));
   place.toward_px = flow_px(toward_camera);
   place.depth_per_toward = toward_camera.z();
+  const Eigen::Vector3d ahead_camera = -camera_from_road.col(0);
+  place.sensor_ahead_px = flow_px(ahead_camera);
+  place.depth_per_sensor_ahead = ahead_camera.z();
   return place;
 }
 
@@ -172,6 +175,13 @@ Eigen::Vector2d RoadView::bearing(const Eigen::Vector2d& spot_px) const {
   const Eigen::Vector3d ray_road =
       camera_.camera_from_road().transpose() * Eigen::Vector3d(spot_px.x(), spot_px.y(), focal_px_);
   return ray_road.tail<2>() / ray_road.x();
+}
+
+Eigen::Vector2d RoadView::turning_pxps(const Eigen::Vector2d& spot_px, double time_s) const {
+  const double left_rad_per_s = ego_.turn_rate_rad_per_s(time_s, ego_.speed_mps(time_s) * time_s);
+  const Eigen::Vector3d ray(spot_px.x() / focal_px_, spot_px.y() / focal_px_, 1.0);
+  const Eigen::Vector3d turned = left_rad_per_s * ray.cross(camera_.camera_from_road().col(2));
+  return focal_px_ * turned.head<2>() - spot_px * turned.z();
 }
 
 double RoadView::speeding_up_m(double from_s, double to_s) const {

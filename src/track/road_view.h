@@ -23,6 +23,9 @@ struct LampPlace {
   Eigen::Vector2d across_px, down_px, toward_px;
   /// Change of depth per metre travelled toward the sensor.
   double depth_per_toward = 0.0;
+  /// The same for metres that the sensor drives ahead: elsewhere in a bend the road's line differs.
+  Eigen::Vector2d sensor_ahead_px;
+  double depth_per_sensor_ahead = 0.0;
 };
 
 /// How a pair of spots fares as the two lamps of one vehicle.
@@ -69,6 +72,9 @@ class RoadView {
   /// Speed of the sensor itself along the road; 0 for a fixed one.
   double ego_speed_mps(double time_s) const { return ego_.speed_mps(time_s); }
   bool moving_sensor() const { return ego_.moving(); }
+  /// Spot movement (px/s), that of near and far ones alike, by which the sensor itself turns; zero
+  /// for a fixed one.
+  Eigen::Vector2d turning_pxps(const Eigen::Vector2d& spot_px, double time_s) const;
   /// By how much more the sensor has driven, from one time to a later one, than at its speed of the
   /// first.
   double speeding_up_m(double from_s, double to_s) const;

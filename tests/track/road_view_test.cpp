@@ -56,6 +56,30 @@ TEST(RoadView, FlowIsTheDerivativeOfTheProjection) {
             1e-4);
 }
 
+// The projection by a camera whose heading is that much farther to the left.
+TEST(RoadView, TurningMovesASpotAsTheProjectionDoes) {
+  constexpr double kRate_rad_per_s = 0.2, kTurned_rad = 1e-5;
+  Site site = scene::site_of(1.3, 0.0, 1000.0, 1280, 720);
+  site.camera->pitch_rad.mean = 0.05;
+  site.camera->roll_rad.mean = -0.03;
+  site.ego = EgoSite{Uncertain{0.0, 0.1}, "ego.csv", {{0.0, 15.0, kRate_rad_per_s}}};
+  const RoadView view(site);
+  for (const Eigen::Vector3d& at_m : {Eigen::Vector3d(40.0, -4.0, 0.7), {15.0, 6.0, 3.0}}) {
+    const auto spot_turned_by = [&](double left_rad) {
+      CameraSite turned = *site.camera;
+      turned.yaw_rad.mean += left_rad;
+      return *view.spot_from_pixel(*Camera(turned).project(at_m));
+    };
+    const Eigen::Vector2d moved_px = spot_turned_by(kTurned_rad) - spot_turned_by(-kTurned_rad);
+    EXPECT_LT((view.turning_pxps(spot_turned_by(0.0), 1.0) -
+               kRate_rad_per_s / (2.0 * kTurned_rad) * moved_px)
+                  .norm(),
+              1e-3);
+  }
+  site.ego.reset();
+  EXPECT_TRUE(RoadView(site).turning_pxps({100.0, 50.0}, 1.0).isZero());
+}
+
 TEST(RoadView, OnABendTheLanesTellHowAFarPairIsTurned) {
   Site site = scene::site_of(1.3, 0.0, 1400.0, 1920, 1080);
   site.camera->pitch_rad = {};
