@@ -15,6 +15,8 @@ namespace vildar {
 namespace {
 
 constexpr double kLowest_m = 0.3, kHighest_m = 1.6;  // lamps of anything that drives
+constexpr double kLoneSigmas = 2.5;
+constexpr std::size_t kFewestLooks = 8;  // looks
 
 // Where a light would stand that the camera drives by, from the camera.
 struct StandingPlace {
@@ -112,6 +114,13 @@ std::optional<StandingPlace> standing_place(const std::vector<Look>& looks, cons
   return StandingPlace{aside.place_m, sigma_of(aside), above.place_m, sigma_of(above)};
 }
 
+bool on_carriageway(const StandingPlace& place, const RoadView& view) {
+  constexpr double kKerb_m = 0.5;
+  const double at_m = view.camera_lateral_m() + place.aside_m;
+  const double slack_m = kLoneSigmas * place.aside_sigma_m + kKerb_m;
+  return view.beyond_lanes_m(at_m - slack_m) <= 0.0 && view.beyond_lanes_m(at_m + slack_m) <= 0.0;
+}
+
 // Bearings of a light, headed `goes` away from the camera or toward it.
 struct LaneWay {
   bool goes = false;
@@ -123,7 +132,7 @@ struct LaneWay {
 // than its site file says.
 bool drives_along(const LaneWay& seen, double aside_m, double yaw_rad, const RoadView& view) {
   constexpr double kLeastAside_m = 2.0, kNearest_m = 3.0, kFarthest_m = 150.0, kTimesNearer = 1.33;
-  constexpr double kSlowest_mps = 3.0, kFastest_mps = 70.0, kMostOff_px = 3.0, kSigmas = 2.5;
+  constexpr double kSlowest_mps = 3.0, kFastest_mps = 70.0, kMostOff_px = 3.0;
   constexpr double kAcceleration_mps2 = 0.5;
   if (std::abs(aside_m) < kLeastAside_m) return false;
   std::vector<double> ahead_m;
@@ -132,7 +141,7 @@ bool drives_along(const LaneWay& seen, double aside_m, double yaw_rad, const Roa
     const double deep = cosine - sine * bearing.x();  // along the road, per depth as stated
     const double at_m = aside_m / (sine + cosine * bearing.x()) * deep;
     const double up_m = view.camera_height_m() + bearing.y() / deep * at_m;
-    const double slack_m = kSigmas * view.slope_sigma(0.0) * at_m;
+    const double slack_m = kLoneSigmas * view.slope_sigma(0.0) * at_m;
     if (!(at_m > kNearest_m && at_m < kFarthest_m) || up_m + slack_m < kLowest_m ||
         up_m - slack_m > kHighest_m)
       return false;
@@ -159,20 +168,24 @@ bool drives_along(const LaneWay& seen, double aside_m, double yaw_rad, const Roa
 
 }  // namespace
 
+bool cannot_stand(const std::vector<LampRecord>& records, const RoadView& view) {
+  if (records.size() < kFewestLooks || view.bends()) return false;
+  const auto place = standing_place(looks_of(records, view), view);
+  if (!place) return false;
+  const double up_m = view.camera_height_m() + place->above_m;
+  const double slack_m = kLoneSigmas * place->above_sigma_m;
+  return up_m + slack_m < 0.0 || (up_m - slack_m < kHighest_m && on_carriageway(*place, view));
+}
+
 bool comes_in_a_lane(const std::vector<LampRecord>& records, const RoadView& view) {
-  constexpr double kSigmas = 2.5, kKerb_m = 0.5;
   constexpr double kSlowest_mps = 3.0, kFastest_mps = 70.0;
   constexpr double kWithinLane_m = 0.6;  // two sigmas of where in it vehicles drive
-  if (records.size() < 8 || view.bends()) return false;
+  if (records.size() < kFewestLooks || view.bends()) return false;
   const std::vector<Look> looks = looks_of(records, view);
   const auto standing = standing_place(looks, view);
-  if (!standing) return false;
+  if (!standing || !on_carriageway(*standing, view)) return false;
   const StandingPlace& place = *standing;
   const double camera_m = view.camera_lateral_m();
-  for (const double side : {-1.0, 1.0})
-    if (view.beyond_lanes_m(camera_m + place.aside_m +
-                            side * (kSigmas * place.aside_sigma_m + kKerb_m)) > 0.0)
-      return false;
   const double ego_mps =
       looks.front().driven_m / (seconds_of(records.back().time) - seconds_of(records.front().time));
   for (const double lane_m : view.lane_centres_m(Direction::oncoming)) {
@@ -183,7 +196,7 @@ bool comes_in_a_lane(const std::vector<LampRecord>& records, const RoadView& vie
     const double drives_mps = ego_mps * (times - 1.0), sigma_mps = ego_mps * times_sigma;
     const double up_m = view.camera_height_m() + times * place.above_m;
     const double slack_m =
-        kSigmas * std::hypot(times * place.above_sigma_m, times_sigma * place.above_m);
+        kLoneSigmas * std::hypot(times * place.above_sigma_m, times_sigma * place.above_m);
     if (drives_mps > std::max(kSlowest_mps, sigma_mps) && drives_mps < kFastest_mps &&
         up_m + slack_m > kLowest_m && up_m - slack_m < kHighest_m)
       return true;
@@ -192,11 +205,10 @@ bool comes_in_a_lane(const std::vector<LampRecord>& records, const RoadView& vie
 }
 
 bool passes_in_a_lane(const std::vector<LampRecord>& records, LampKind kind, const RoadView& view) {
-  constexpr std::size_t kFewest = 8;
   // Cameras that look aside by steps as far as may be; between them a way errs by less than is
   // allowed, for a line takes up most of it.
   constexpr double kYawStep_px = 8.0, kYawSigmas = 2.0;
-  if (records.size() < kFewest || view.bends() || view.moving_sensor()) return false;
+  if (records.size() < kFewestLooks || view.bends() || view.moving_sensor()) return false;
   LaneWay seen{kind == LampKind::taillamp, {}, {}};
   for (std::size_t i = 0; i < records.size(); i += looked_at_every(records)) {
     seen.times_s.push_back(seconds_of(records[i].time));

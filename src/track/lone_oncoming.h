@@ -14,6 +14,10 @@ namespace vildar {
 /// lit island or a parked car between the outer edges of the lanes is not told from one.
 bool comes_in_a_lane(const std::vector<LampRecord>& records, const RoadView& view);
 
+/// Before a camera that drives along a straight road: whether a light cannot stand, for it would
+/// stand on the carriageway or below the road, as one reads that gets away from the camera.
+bool cannot_stand(const std::vector<LampRecord>& records, const RoadView& view);
+
 /// Before a camera that stands beside a straight road, level with the lamps: whether a light moves
 /// through the picture as a lamp in a lane of its direction would, at a speed that changes by some
 /// 0.5 m/s², for its elevation tells little. The camera may look aside by two sigmas of its yaw.

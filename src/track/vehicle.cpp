@@ -455,7 +455,10 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
       // A standing light at another height seems to move; only a lane tells it from a vehicle.
       if (!view.off_lane_centre_m(0.0)) return Verdict::undecided;
       const double doubt_mps = kSlow_mps + kSpeedSigmas * median(doubts) * std::abs(closing_mps);
-      if (std::abs(closing_mps - ego_mps) < doubt_mps) return Verdict::static_light;
+      const double off_mps = std::abs(closing_mps - ego_mps);
+      if (off_mps < kSlow_mps || (off_mps < doubt_mps && !(lamp.kind() == LampKind::taillamp &&
+                                                           cannot_stand(lamp.records, view))))
+        return Verdict::static_light;
     } else if (moved_m < kMoved_m || lamp.wandered_px() < kMoved_px) {
       return Verdict::static_light;
     }

@@ -105,5 +105,37 @@ TEST(PassesInALane, FewLooksAndBendsTellNothing) {
   EXPECT_FALSE(passes(records, LampKind::headlamp));
 }
 
+// A dashcam at 11 m/s, 1.3 m up, in a lane 3.5 m wide with another on its left.
+Site driving_site() {
+  Site made = scene::site_of(1.3, 0.0, 1400.0, 1920, 1080);
+  made.camera->pitch_rad.std = radians_from_degrees(0.2);
+  made.road.lanes = {{"own", {0.0, 0.0}, 3.5, Direction::receding},
+                     {"opp", {3.5, 0.0}, 3.5, Direction::oncoming}};
+  made.ego = EgoSite{Uncertain{11.0, 0.1}, {}, {}};
+  return made;
+}
+
+bool cannot_stand_at(double lateral_m, double up_m, double closing_mps) {
+  return cannot_stand(seen(driving_site(), lateral_m, up_m,
+                           [&](double t_s) { return 10.0 + closing_mps * (2.4 - t_s); }),
+                      RoadView(driving_site()));
+}
+
+TEST(CannotStand, ABicycleThatIsOvertakenWouldStandInTheLaneOrBelowTheRoad) {
+  EXPECT_TRUE(cannot_stand_at(0.0, 0.8, 6.0));
+  EXPECT_TRUE(cannot_stand_at(0.4, 0.8, 6.0));
+  EXPECT_TRUE(cannot_stand_at(-1.5, 0.5, 3.5));
+}
+
+TEST(CannotStand, PostsAndLightsOverTheLaneCan) {
+  for (const double lateral_m : {-2.5, -4.0, 6.0})
+    for (const double up_m : {0.4, 0.9, 3.0})
+      EXPECT_FALSE(cannot_stand_at(lateral_m, up_m, 11.0)) << lateral_m << " " << up_m;
+  EXPECT_FALSE(cannot_stand_at(0.0, 4.5, 11.0));
+}
+
+// It may as well be a post, farther off.
+TEST(CannotStand, ABicycleByTheKerbMay) { EXPECT_FALSE(cannot_stand_at(-1.5, 0.8, 6.0)); }
+
 }  // namespace
 }  // namespace vildar
