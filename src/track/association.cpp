@@ -24,12 +24,6 @@ struct Link {
   double cost;
 };
 
-bool stands_alone(const Lamp& lamp) {
-  constexpr int kEstablished = 5;
-  if (lamp.sightings() < kEstablished) return false;
-  return lamp.vehicle || (lamp.on_vehicle.share() <= 0.5 && lamp.mirrored.share() <= 0.5);
-}
-
 std::vector<Link> links_within_gate(const Lamps& lamps, const std::vector<Spot>& spots,
                                     double gate_chi2) {
   constexpr int kSettled = 3, kKnown = 5;
@@ -56,15 +50,10 @@ std::vector<Link> links_within_gate(const Lamps& lamps, const std::vector<Spot>&
   return links;
 }
 
-// Reflections, and what was found just now, are missed e^2 times as often as established lamps: a
-// spot that either may be is the lamp.
-void prefer_established(const Lamps& lamps, std::size_t spot_count, std::vector<Link>& links) {
-  constexpr double kFickleCost = 4.0;
-  std::vector<char> near_established(spot_count, 0);
-  for (const Link& link : links)
-    if (stands_alone(*lamps[link.lamp])) near_established[link.spot] = 1;
-  for (Link& link : links)
-    if (near_established[link.spot] && !stands_alone(*lamps[link.lamp])) link.cost += kFickleCost;
+bool stands_alone(const Lamp& lamp) {
+  constexpr int kEstablished = 5;
+  if (lamp.sightings() < kEstablished) return false;
+  return lamp.vehicle || (lamp.on_vehicle.share() <= 0.5 && lamp.mirrored.share() <= 0.5);
 }
 
 // Only a light of its own, followed for long, may be mistaken for another one: not the reflections
@@ -228,8 +217,7 @@ CommonShift common_shift(const Lamps& lamps, const std::vector<Spot>& spots, dou
 Association associate(const Lamps& lamps, const std::vector<Spot>& spots, double gate_chi2,
                       double px_per_usual) {
   const double unassigned = kUnassigned + 4.0 * std::log(px_per_usual);
-  std::vector<Link> links = links_within_gate(lamps, spots, gate_chi2);
-  prefer_established(lamps, spots.size(), links);
+  const std::vector<Link> links = links_within_gate(lamps, spots, gate_chi2);
   const int lamp_count = static_cast<int>(lamps.size());
   // Lights that share no spot are assigned apart: the problems stay small.
   std::vector<int> parent(lamps.size() + spots.size());

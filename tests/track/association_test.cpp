@@ -90,32 +90,5 @@ TEST(Associate, AFaintLampMayLoseItsColour) {
   }
 }
 
-// What was seen last takes a spot that two lights may be, but not where it seemed to be a part of
-// another vehicle or a reflection until now.
-TEST(Associate, ALampGoesBeforeAReflection) {
-  constexpr std::int64_t kNow = 24;
-  constexpr int kMemory = 20;
-  const Road road;
-  for (RunningShare Lamp::*seemed :
-       {static_cast<RunningShare Lamp::*>(nullptr), &Lamp::on_vehicle, &Lamp::mirrored}) {
-    Lamps lamps;
-    for (const std::int64_t last : {kNow - 3, kNow - 1}) {
-      lamps.push_back(std::make_unique<Lamp>(road.lamp(0, last, -3.4)));
-      for (std::int64_t frame = last; frame < kNow; ++frame) lamps.back()->predict(0.04, road.view);
-    }
-    if (seemed)
-      for (int look = 0; look < kMemory; ++look) ((*lamps.back()).*seemed).add(true, kMemory);
-    Blob blob;
-    blob.centre_px = *road.camera.project({70.0 - 0.5 * kNow, -3.4, 0.68});
-    blob.flux = 100.0;
-    blob.kind = LampKind::headlamp;
-    const std::vector<Spot> spots{{&blob, *road.view.spot_from_pixel(blob.centre_px), 0.5,
-                                   blob.centre_px, blob.centre_sigma_px}};
-    const Association found = associate(lamps, spots, 16.0, 1.0);
-    EXPECT_EQ(found.spot_of_lamp[0].has_value(), seemed != nullptr);
-    EXPECT_EQ(found.spot_of_lamp[1].has_value(), seemed == nullptr);
-  }
-}
-
 }  // namespace
 }  // namespace vildar
