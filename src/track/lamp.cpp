@@ -63,14 +63,13 @@ void Lamp::predict(double dt_s, const RoadView& view, bool turns) {
   const Eigen::Vector2d& flow_px = place_.toward_px;
   // How the sensor turns moves far lights and near ones alike: it tells no depth.
   const Eigen::Vector2d turning_pxps = view.turning_pxps(at_px_, state_s_);
-  // The sensor's own drive nears all lights, and what drives ahead of it gets away as fast.
+  // Nor does the sensor's own drive, where the road under the lamp takes another direction.
   const double own_per_s = view.ego_speed_mps(state_s_) * place_.inverse_depth_per_m;
-  const double away_per_s = kind() == LampKind::taillamp ? own_per_s : 0.0;
-  const Eigen::Vector2d expected_pxps = own_per_s * place_.sensor_ahead_px - away_per_s * flow_px;
+  const Eigen::Vector2d aside_pxps = own_per_s * (place_.sensor_ahead_px - flow_px);
   const Eigen::Vector2d nearing_pxps = velocity_pxps_ - turning_pxps;
-  const double per_second = (nearing_pxps - expected_pxps).dot(flow_px) /
+  const double per_second = (nearing_pxps - aside_pxps).dot(flow_px) /
                             (flow_px.squaredNorm() + kFlowFloor_px * kFlowFloor_px);
-  depth_rate_per_s_ = std::clamp((per_second - away_per_s) * place_.depth_per_toward +
+  depth_rate_per_s_ = std::clamp((per_second - own_per_s) * place_.depth_per_toward +
                                      own_per_s * place_.depth_per_sensor_ahead,
                                  -kMostDepthRate_per_s, kMostDepthRate_per_s);
   state_s_ += dt_s;

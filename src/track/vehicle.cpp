@@ -14,7 +14,9 @@
 namespace vildar {
 namespace {
 
-constexpr double kFaintPair = 2.5, kFaintSingle = 1.5, kUnderTailLamps = 1.0;
+// Tail lamps differ more than headlamps do: 4 to 17 cd by rule, bicycles' less.
+constexpr double kFaintPair = 2.5, kFaintSingle = 1.5, kFaintSingleTail = 2.5;
+constexpr double kUnderTailLamps = 1.0;
 constexpr double kHiddenByClippingLn = 2.0;  // a clipped lamp is at least as bright as measured
 constexpr double kLeastPairShare = 0.15, kLeastPairShareMoving = 0.3;
 constexpr double kNotWhite = -1.2;      // ln of the odds of a tail lamp: warm white has -1.8
@@ -426,7 +428,8 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   light.unseen_share =
       1.0 - held / static_cast<double>(lamp.records.back().frame - lamp.records.front().frame + 1);
   light.paired_share = lamp.paired_sightings / (lamp.paired_sightings + held);
-  light.off_course_share = off_course_share(lamp.records, view);
+  // One that elevation tells nothing of must pass by on a course of its own, see below.
+  light.off_course_share = level ? 0.0 : off_course_share(lamp.records, view);
   // With an image of its own or without, what rides on a body and has no course of its own is its
   // glint.
   constexpr double kStrays = 0.3;
@@ -439,8 +442,9 @@ Verdict judge_single(const Lamp& lamp, const RoadView& view, const TrackOptions&
   if (light.strength_ln && !lights.knows(lamp.kind()))
     light.strength_ln = std::min(*light.strength_ln, 0.0);
   // One that clips is no lamp for that.
+  const double faint_ln = lamp.kind() == LampKind::taillamp ? kFaintSingleTail : kFaintSingle;
   if (too_faint(strengths, lamp.kind(), lights, usual, 0.0,
-                {kFaintSingle + kHiddenByClippingLn * clipped_share, kUnderTailLamps}) ||
+                {faint_ln + kHiddenByClippingLn * clipped_share, kUnderTailLamps}) ||
       lone_lamp_log_odds(light) < kSureLogOdds)
     return Verdict::undecided;
   const bool comes = view.moving_sensor() && lamp.kind() == LampKind::headlamp &&

@@ -21,21 +21,21 @@ struct OneCar {
 
   /// A lamp at y_m, followed from frame `first` to `last`, `ahead_m` nearer than the others.
   Lamp lamp(std::int64_t first, std::int64_t last, double y_m, double ahead_m = 0.0,
-            double flux = 100.0) const {
+            double flux = 100.0, LampKind kind = LampKind::headlamp) const {
     return lamp(
-        first, last, [y_m](std::int64_t) { return y_m; }, ahead_m, flux);
+        first, last, [y_m](std::int64_t) { return y_m; }, ahead_m, flux, kind);
   }
 
   /// One whose y depends on the frame.
   Lamp lamp(std::int64_t first, std::int64_t last, const std::function<double(std::int64_t)>& y_m,
-            double ahead_m = 0.0, double flux = 100.0) const {
+            double ahead_m = 0.0, double flux = 100.0, LampKind kind = LampKind::headlamp) const {
     std::optional<Lamp> made;
     for (std::int64_t frame = first; frame <= last; ++frame) {
       Blob blob;
       blob.centre_px =
           *camera.project({70.0 - ahead_m - 0.5 * static_cast<double>(frame), y_m(frame), 0.68});
       blob.flux = flux;
-      blob.kind = LampKind::headlamp;
+      blob.kind = kind;
       const Spot spot{&blob, *view.spot_from_pixel(blob.centre_px), 0.5, blob.centre_px,
                       blob.centre_sigma_px};
       if (!made) {

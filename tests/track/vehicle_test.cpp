@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <tuple>
 
 #include "one_car.h"
 #include "optics/lamp_colour.h"
+#include "track/lone_course.h"
 
 namespace vildar {
 namespace {
@@ -212,6 +214,41 @@ TEST(JudgeSingle, OfOneThatIsNotWhiteTheMotionTellsTheDirection) {
     ASSERT_EQ(judge_single(lamp, road.view, {}, {}, track), Verdict::vehicle);
     EXPECT_EQ(track.direction_contradicts, tail_log_odds < -1.2);
   }
+}
+
+// Three cars are known, whose lamps are that much stronger: a bicycle's is, or one seen after the
+// exposure was turned down.
+Verdict among_cars(const Road& road, const Lamp& lamp, LampKind kind, double stronger_ln) {
+  const double inverse_depth_per_m = road.view.place(lamp.records[30].at_px).inverse_depth_per_m;
+  LightScale lights;
+  for (int car = 0; car < 3; ++car)
+    lights.add(kind, std::log(100.0) - 2.0 * std::log(inverse_depth_per_m) + stronger_ln, 0.1,
+               false);
+  VehicleTrack track;
+  return judge_single(lamp, road.view, {}, lights, track);
+}
+
+TEST(JudgeSingle, ATailLampMayBeFarFainterThanThoseOfCars) {
+  const Road road;
+  Lamp bicycle = road.lamp(0, 60, -4.0, 0.0, 100.0, LampKind::taillamp);
+  drive_away(bicycle);
+  EXPECT_EQ(among_cars(road, bicycle, LampKind::taillamp, 2.2), Verdict::vehicle);
+  EXPECT_EQ(among_cars(road, bicycle, LampKind::taillamp, 3.0), Verdict::undecided);
+  EXPECT_EQ(among_cars(road, road.lamp(0, 60, -4.0), LampKind::headlamp, 2.2), Verdict::undecided);
+}
+
+// Level with a tripod that is pitched otherwise than told: its elevation tells no course.
+TEST(JudgeSingle, OneThatPassesLevelWithTheCameraIsOnNoCourseByItsElevation) {
+  Site site = scene::site_of(1.3, 0.0, 1000.0, 1280, 720);
+  site.camera->pitch_rad.std = 0.05;
+  site.road.lanes = {{"out", {-4.0, 0.3}, 3.5, Direction::receding}};
+  Site true_site = site;
+  true_site.camera->pitch_rad.mean += -0.03;
+  const Road road{.site = site, .view = RoadView(site), .camera = Camera(*true_site.camera)};
+  Lamp motorcycle = road.lamp(0, 125, -4.0, 0.0, 100.0, LampKind::taillamp);
+  drive_away(motorcycle);
+  EXPECT_GT(off_course_share(motorcycle.records, road.view), 0.5);
+  EXPECT_EQ(among_cars(road, motorcycle, LampKind::taillamp, 2.2), Verdict::vehicle);
 }
 
 // Near the end it may have passed to another light: what it was until then stays.
