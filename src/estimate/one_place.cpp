@@ -9,6 +9,7 @@
 
 #include "core/by_frame.h"
 #include "core/median.h"
+#include "estimate/drawn.h"
 #include "estimate/line_fit.h"
 #include "estimate/mixture.h"
 
@@ -447,17 +448,20 @@ void MeasuredVehicles::add(VehicleEstimate estimate) {
         estimate.result.t_last_s < earlier.result.t_first_s - kLongestGap_s)
       continue;
     if (withhold_part(earlier, estimate) || withhold_part(estimate, earlier)) continue;
-    if (!one_vehicle(earlier, estimate)) {
+    const bool one = one_vehicle(earlier, estimate);
+    if (!one && !one_draws_the_other(earlier, estimate)) {
       withhold_side_light(earlier, estimate);
       withhold_side_light(estimate, earlier);
       continue;
     }
-    const bool earlier_goes = share_a_front(earlier, estimate)
+    const bool earlier_goes = one && share_a_front(earlier, estimate)
                                   ? not_the_headlamps(earlier, estimate)
                                   : says_less(earlier, estimate);
     const std::string stays = named(earlier_goes ? estimate : earlier);
     withhold_second(earlier_goes ? earlier : estimate,
-                    "stands where " + stays + " does; taken for the same vehicle, seen twice");
+                    one ? "stands where " + stays + " does; taken for the same vehicle, seen twice"
+                        : "keeps a place nearer to " + stays +
+                              " than vehicles follow; taken for a trailer and what draws it");
   }
   held_.push_back(std::move(estimate));
 }

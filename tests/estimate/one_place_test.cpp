@@ -402,6 +402,27 @@ TEST(MeasuredVehicles, OfOneSeenTwiceTheBetterSpeedStands) {
   }
 }
 
+// A low trailer over which the tail lamps of the car that draws it are seen, 5 m ahead; or another
+// car, at 9 m, in the next lane, or faster.
+TEST(MeasuredVehicles, OfACarAndItsTrailerTheBetterSpeedStands) {
+  Vehicle next_lane = moved(kCar, 5.0, 1.8), faster = moved(kCar, 5.0, 0.0);
+  faster.speed_mps *= 1.25;
+  const std::pair<Vehicle, bool> others[] = {{moved(kCar, 5.0, 0.0), true},
+                                             {moved(kCar, -5.0, 0.2), true},
+                                             {moved(kCar, 9.0, 0.0), false},
+                                             {next_lane, false},
+                                             {faster, false}};
+  for (const auto& [other, drawn] : others) {
+    MeasuredVehicles measured(kOverLamps_m, kLampHeight_m);
+    measured.add(estimate_of(1, kCar, Frames::all));
+    measured.add(estimate_of(2, other, Frames::odd));
+    const auto both = measured.take_before(kForever);
+    ASSERT_EQ(both.size(), 2U);
+    EXPECT_EQ(both[0].result.withheld.has_value() + both[1].result.withheld.has_value(), drawn)
+        << other.along_m;
+  }
+}
+
 // Fog lamps that were seen for longer: fainter, as bright as the headlamps, or brighter by far.
 TEST(MeasuredVehicles, OfLampsOnOneFrontTheHeadlampsTellTheSpeed) {
   Vehicle lower = kCar;
