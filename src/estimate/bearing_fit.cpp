@@ -72,18 +72,20 @@ void let_springs_work(GeometryProblem& problem) {
   }
 }
 
-// What is unknown of the own vehicle's turns, left out: they and another's lane change look alike.
-void drive_straight(GeometryProblem& problem) {
+// What is unknown of the own vehicle's turns, left out: where nothing tells them they and another's
+// lane change look alike.
+void drive_straight(GeometryProblem& problem, const EgoMotion& ego) {
+  if (ego.knows_turns()) return;
   std::fill(problem.ego_unknowns.end() - kOwnSwings, problem.ego_unknowns.end(), Uncertain{});
 }
 
 // A pair that goes from lane to lane, by one that drives straight. A fit in one lane would go far
 // astray: it takes the way across for one along the road.
-Outcome<GeometryFit> fit_crossing(GeometryProblem problem, int frames, const PathVector& start,
-                                  std::vector<AccelerationStep>& steps) {
+Outcome<GeometryFit> fit_crossing(GeometryProblem problem, const EgoMotion& ego, int frames,
+                                  const PathVector& start, std::vector<AccelerationStep>& steps) {
   constexpr int kMostRounds = 24;
   constexpr double kSettled = 0.1;  // of the cost
-  drive_straight(problem);
+  drive_straight(problem, ego);
   problem.setting.steps.clear();
   GeometryFit fit;
   fit.parameters = start;
@@ -141,8 +143,9 @@ Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView&
   Outcome<GeometryFit> best = Miss::not_converged;
   for (const auto& [cost, start] : starts) {
     std::vector<AccelerationStep> steps;
-    const auto outcome = wanders == Along::across ? fit_crossing(problem, view.frames, start, steps)
-                                                  : fit_geometry(problem, start);
+    const auto outcome = wanders == Along::across
+                             ? fit_crossing(problem, ego, view.frames, start, steps)
+                             : fit_geometry(problem, start);
     const GeometryFit* fit = std::get_if<GeometryFit>(&outcome);
     const GeometryFit* known = std::get_if<GeometryFit>(&best);
     if (!known || (fit && fit->cost < known->cost)) {

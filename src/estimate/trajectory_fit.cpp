@@ -55,7 +55,8 @@ std::optional<VehicleTrack> nearest_part(const VehicleTrack& track, const Site& 
   const auto& seen = track.sightings;
   if (!site.ego || track.direction != Direction::receding || seen.empty()) return std::nullopt;
   if ((site.ego->trace.empty() && site.ego->speed_mps.mean <= 0.0) ||
-      turns_told(*site.ego, {seconds_of(seen.front().time), seconds_of(seen.back().time)}))
+      turns_told(*site.ego, site.road,
+                 {seconds_of(seen.front().time), seconds_of(seen.back().time)}))
     return std::nullopt;
   const auto length_s = [](auto from, auto to) {
     return seconds_of(to->time) - seconds_of(from->time);
@@ -162,9 +163,11 @@ std::vector<SteadyPart> steady_parts(const VehicleTrack& track, const Camera& ca
   return found;
 }
 
+constexpr double kDoubtful = 2.0;  // growth of the sigmas by what a fit leaves
+
 // A pair that changes lanes, where that explains more than a fit in one lane, which leaves its
 // sigmas to grow by so much. Of one ahead of a camera that drives, of whose way not all is known,
-// it need not explain all.
+// it need not explain all, but must leave far less.
 std::optional<BearingFit> changes_lanes(const VehicleTrack& track, const Camera& camera,
                                         const Site& site, double in_lane_factor) {
   constexpr double kFarLess = 0.5;
@@ -174,9 +177,9 @@ std::optional<BearingFit> changes_lanes(const VehicleTrack& track, const Camera&
   if (!fit) return std::nullopt;
   const double factor = fit->check.sigma_factor.maxCoeff();
   const bool ahead = site.ego && track.direction == Direction::receding;
-  const bool better = fit->steady()
-                          ? factor < in_lane_factor
-                          : ahead && fit->explains() && factor < kFarLess * in_lane_factor;
+  const bool better = ahead && factor > kDoubtful
+                          ? fit->explains() && factor < kFarLess * in_lane_factor
+                          : fit->steady() && factor < in_lane_factor;
   return better ? std::optional(std::move(*fit)) : std::nullopt;
 }
 
@@ -325,7 +328,6 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
       miss && !(ahead && *miss == Miss::not_converged && in_another_lane(INFINITY)))
     return *miss;
   BearingFit& first = std::get<BearingFit>(outcome);
-  constexpr double kDoubtful = 2.0;
   const double factor = first.check.sigma_factor.maxCoeff();
   const bool doubtful = !first.steady() || factor > kDoubtful;
   const bool crosses = ahead && doubtful && in_another_lane(factor);

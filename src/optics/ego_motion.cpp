@@ -79,14 +79,52 @@ HeadingSwings::Values HeadingSwings::way_s(double from_s, double to_s) const {
   return way_s(to_s) - way_s(from_s);
 }
 
-bool turns_told(const EgoSite& site, const TimeSpan& time) {
-  constexpr double kTimesNoise = 25.0, kUsualPerSigma = 0.6745;
+namespace {
+
+// Whether the own vehicle's turns may be those of a road that is told to be straight: they go on to
+// one side, or are no more than what bends of kilometres do, or take it farther aside and back than
+// a change of lanes.
+bool bends_with_the_road(const EgoSite& site, const TimeSpan& time) {
+  constexpr double kBesides_s = 2.0;  // a change of lanes that has begun ends
+  constexpr double kGentle_rad = 0.02, kBend_rad = 0.03, kPerSwing = 2.0, kLanes_m = 5.0;
+  std::vector<double> times_s, headings_rad, speeds_mps;
+  double heading_rad = 0.0;
+  for (const EgoSample& sample : site.trace) {
+    if (sample.time_s < time.from_s - kBesides_s || sample.time_s > time.to_s + kBesides_s)
+      continue;
+    if (!times_s.empty())
+      heading_rad += (sample.time_s - times_s.back()) * sample.yaw_rate_rad_per_s;
+    times_s.push_back(sample.time_s);
+    headings_rad.push_back(heading_rad);
+    speeds_mps.push_back(sample.speed_mps);
+  }
+  if (times_s.size() < 3) return false;
+  const RobustLine bend = least_deviations_line(times_s, headings_rad);
+  double swing_rad = 0.0, aside_m = 0.0, leftmost_m = 0.0, rightmost_m = 0.0;
+  for (std::size_t i = 1; i < times_s.size(); ++i) {
+    const double off_rad = headings_rad[i] - bend.at(times_s[i]);
+    swing_rad = std::max(swing_rad, std::abs(off_rad));
+    aside_m += (times_s[i] - times_s[i - 1]) * speeds_mps[i] * off_rad;
+    leftmost_m = std::max(leftmost_m, aside_m);
+    rightmost_m = std::min(rightmost_m, aside_m);
+  }
+  const double turned_rad = std::abs(bend.slope) * (times_s.back() - times_s.front());
+  return swing_rad < kGentle_rad || turned_rad > kBend_rad + kPerSwing * swing_rad ||
+         leftmost_m - rightmost_m > kLanes_m;
+}
+
+}  // namespace
+
+bool turns_told(const EgoSite& site, const RoadSite& road, const TimeSpan& time) {
+  constexpr double kTimesNoise = 25.0;
   constexpr std::size_t kFewest = 12;
   // Of a random walk's integral over a time, about its line: the root mean square, over that of the
   // walk's end and the time.
   constexpr double kAboutLine = 0.0492;
-  if (!site.turns_known()) return false;
-  std::vector<double> times_s, rates_rad_per_s, way_m;
+  if (!site.turns_known() || (road.kind == RoadKind::straight && bends_with_the_road(site, time)))
+    return false;
+  std::vector<double> times_s, way_m;
+  std::vector<EgoSample> used;
   double speed_mps = 0.0, heading_rad = 0.0, left_m = 0.0;
   for (const EgoSample& sample : site.trace) {
     if (sample.time_s < time.from_s || sample.time_s > time.to_s) continue;
@@ -95,20 +133,12 @@ bool turns_told(const EgoSite& site, const TimeSpan& time) {
     left_m += step_s * sample.speed_mps * heading_rad;
     speed_mps += sample.speed_mps;
     times_s.push_back(sample.time_s);
-    rates_rad_per_s.push_back(sample.yaw_rate_rad_per_s);
+    used.push_back(sample);
     way_m.push_back(left_m);
   }
   const std::size_t count = times_s.size();
   if (count < kFewest) return true;
-  // Fourth differences of what turns a vehicle are nothing beside those of noise, whose variances
-  // add up to 70.
-  std::vector<double> differences;
-  for (std::size_t i = 2; i + 2 < count; ++i)
-    differences.push_back(std::abs(rates_rad_per_s[i - 2] - 4.0 * rates_rad_per_s[i - 1] +
-                                   6.0 * rates_rad_per_s[i] - 4.0 * rates_rad_per_s[i + 1] +
-                                   rates_rad_per_s[i + 2]) /
-                          std::sqrt(70.0));
-  const double noise_rad_per_s = median(std::move(differences)) / kUsualPerSigma;
+  const double noise_rad_per_s = yaw_rate_noise_rad_per_s(used);
   const double lasts_s = times_s.back() - times_s.front();
   const double step_s = lasts_s / static_cast<double>(count - 1);
   const double noise_m = kAboutLine * speed_mps / static_cast<double>(count) * noise_rad_per_s *
@@ -122,7 +152,7 @@ bool turns_told(const EgoSite& site, const TimeSpan& time) {
 EgoMotion::EgoMotion(const EgoSite& site, const RoadSite& road, std::optional<Watched> watched)
     : site_(site),
       moving_(true),
-      turns_known_(watched ? turns_told(site, watched->time) : site.turns_known()) {
+      turns_known_(watched ? turns_told(site, road, watched->time) : site.turns_known()) {
   if (road.radius_m) road_curvature_per_m_ = bend_of(road) / road.radius_m->mean;
   straight_m_ = road.straight_m.mean;
   if (turns_known_) curvature_per_m_ = road_curvature_per_m_;
@@ -134,7 +164,10 @@ EgoMotion::EgoMotion(const EgoSite& site, const RoadSite& road, std::optional<Wa
     sum += std::pow(
         untold_mps(std::lerp(watched->time.from_s, watched->time.to_s, (i + 0.5) / kPoints)), 2);
   untold_mps_ = std::sqrt(sum / kPoints);
-  if (turns_known_) return;
+  if (turns_known_) {
+    rate_errors_.emplace(site_, watched->time);
+    return;
+  }
   swings_.emplace(watched->time, kToAndFro_s / kPi);
   same_way_ = watched->same_way;
 }
@@ -264,6 +297,16 @@ EgoDeviation EgoMotion::deviation(double reference_s, double time_s) const {
     const double road_rad = curvature_per_m_ * pose.way_m;
     deviation.way_m = pose.way_m;
     deviation.by_swing[0] = {pose.y_m + 0.5 * road_rad * pose.way_m, pose.heading_rad + road_rad};
+    if (rate_errors_) {
+      const YawRateErrors::Values then = rate_errors_->heading_at(reference_s);
+      const YawRateErrors::Values turned = rate_errors_->heading_at(time_s) - then;
+      const double since_s = time_s - reference_s;
+      const YawRateErrors::Values way_s =
+          rate_errors_->way_s(time_s) - rate_errors_->way_s(reference_s) - since_s * then;
+      const double usual_mps = since_s != 0.0 ? pose.way_m / since_s : 0.0;
+      for (int k = 0; k < YawRateErrors::kCount; ++k)
+        deviation.by_swing[static_cast<std::size_t>(k) + 1] = {usual_mps * way_s[k], turned[k]};
+    }
   }
   const double speed = speed_mps(time_s), rate_then = turn_rate_at(reference_s);
   deviation.by_delay = {
@@ -304,12 +347,19 @@ OwnWay EgoMotion::lane_keeping(double reference_s, double range_m) const {
   return own;
 }
 
+std::array<Uncertain, kOwnSwings> EgoMotion::errors_of_rates() const {
+  static_assert(kOwnSwings == 1 + YawRateErrors::kCount);
+  std::array<Uncertain, kOwnSwings> errors{kTurns};
+  if (rate_errors_) std::ranges::copy(rate_errors_->errors(), errors.begin() + 1);
+  return errors;
+}
+
 OwnWay EgoMotion::own_way(double reference_s, double range_m) const {
   constexpr double kReach_s = 8.0, kStep_s = 0.05;
   constexpr double kUnsure = 0.2;  // of the largest swing off the road
   constexpr double kMostOff_rad = 0.15;
   if (!turns_known_) return lane_keeping(reference_s, range_m);
-  const OwnWay untold{{0.0, kLaneKeeping_rad}, kDelay_s, {kTurns}, 0.0};
+  const OwnWay untold{{0.0, kLaneKeeping_rad}, kDelay_s, errors_of_rates(), 0.0};
   if (!covers(reference_s, reference_s)) return untold;
   const double from_s = std::max(reference_s - kReach_s, site_.trace.front().time_s);
   const double to_s = std::min(reference_s + kReach_s, site_.trace.back().time_s);
@@ -354,7 +404,7 @@ OwnWay EgoMotion::own_way(double reference_s, double range_m) const {
                                                           (1.0 + seen_s / kToAndFro_s));
   return {{at_reference_rad - road.at_zero, std::hypot(kUnsure * swing_rad, keeping_rad)},
           kDelay_s,
-          {kTurns},
+          errors_of_rates(),
           0.5 * (leftmost_m - rightmost_m)};
 }
 

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "optics/yaw_rate_errors.h"
 #include "types/site.h"
 
 namespace vildar {
@@ -53,22 +54,18 @@ struct OwnWay {
   /// Off the road's at that time, anticlockwise, where yaw rates are told; else in the swings.
   Uncertain heading_rad;
   Uncertain delay_s;  ///< to be added to the trace's stamps
-  /// Where yaw rates are told the first is their relative error, and there are no more; else those
-  /// of the heading, rad, by HeadingSwings' curves, each of which has a mean square of 1.
+  /// Where yaw rates are told the first is their relative error, and the others, while another
+  /// vehicle is watched, are YawRateErrors; else those of the heading, rad, by HeadingSwings'
+  /// curves, each of which has a mean square of 1.
   std::array<Uncertain, kOwnSwings> swings{};
   double aside_std_m =
       0.0;  ///< off the road's line y = 0: half of how far it goes to and fro, as far as told
 };
 
-/// Seconds of clip time; from_s < to_s.
-struct TimeSpan {
-  double from_s = 0.0, to_s = 0.0;
-};
-
 /// Whether a trace's yaw rates tell how the own vehicle goes from side to side in this time: by 25
 /// times what their own noise would make of its way, and more. Else they are no better than none,
 /// for a way of centimetres that passes for known is a base line for other vehicles' distance.
-bool turns_told(const EgoSite& site, const TimeSpan& time);
+bool turns_told(const EgoSite& site, const RoadSite& road, const TimeSpan& time);
 
 /// Another vehicle, seen from the own one.
 struct Watched {
@@ -113,6 +110,8 @@ class EgoMotion {
             std::optional<Watched> watched = std::nullopt);
 
   bool moving() const { return moving_; }
+  /// Whether yaw rates tell how it turns, while another vehicle is watched or ever.
+  bool knows_turns() const { return turns_known_; }
   double speed_mps(double time_s) const;
   /// Anticlockwise, as yaw rates tell it, else as the road's line y = 0 turns `way_m` from where
   /// the clip began; 0 for a fixed camera.
@@ -140,6 +139,7 @@ class EgoMotion {
   double springs_mps2(double time_s) const;
   double springs_sigma_mps2() const;
   OwnWay lane_keeping(double reference_s, double range_m) const;
+  std::array<Uncertain, kOwnSwings> errors_of_rates() const;
   std::array<EgoDeviation::Swing, kOwnSwings> swings_by(double reference_s, double time_s) const;
   /// `turn_rate_rad_per_s(time_s, way_m)`, anticlockwise.
   template <class TurnRate>
@@ -150,9 +150,10 @@ class EgoMotion {
   double untold_mps_ = 0.0, springs_sigma_mps2_ = 0.0;
   bool moving_ = false;
   bool turns_known_ = false;
-  double curvature_per_m_ = 0.0;         ///< of the road; zero where the turns are not known
-  std::optional<HeadingSwings> swings_;  ///< where one watches and no yaw rates tell the turns
-  bool same_way_ = false;                ///< see Watched
+  double curvature_per_m_ = 0.0;              ///< of the road; zero where the turns are not known
+  std::optional<HeadingSwings> swings_;       ///< where one watches and no yaw rates tell the turns
+  std::optional<YawRateErrors> rate_errors_;  ///< where one watches, and they do
+  bool same_way_ = false;                     ///< see Watched
 };
 
 }  // namespace vildar

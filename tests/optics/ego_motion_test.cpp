@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include <Eigen/QR>
 
@@ -267,7 +268,9 @@ TEST(TurnsTold, NotBeneathTheNoiseOfTheYawRates) {
       ego.trace.push_back({t_s, 25.0,
                            bend_rad_per_s + swing_rad_per_s * std::sin(kPi * t_s / 3.0) +
                                noise_rad_per_s * random.normal()});
-    return turns_told(ego, {0.0, 6.0});
+    RoadSite bend;
+    bend.kind = RoadKind::curved;
+    return turns_told(ego, bend, {0.0, 6.0});
   };
   EXPECT_TRUE(told(0.003, 0.0, 0.0));
   EXPECT_FALSE(told(0.003, 0.0, 0.002));
@@ -275,6 +278,29 @@ TEST(TurnsTold, NotBeneathTheNoiseOfTheYawRates) {
   EXPECT_TRUE(told(0.003, 0.12, 0.002));
   EXPECT_TRUE(told(0.03, 0.0, 0.0005));
   EXPECT_FALSE(told(0.0, 0.0, 0.0));
+}
+
+// At 25 m/s on a road told to be straight. A bend of 2 km and an S of two of 400 m turn it as well;
+// so may small swings be the road's. A change of lanes by 3.5 m takes 4 s and more.
+TEST(TurnsTold, OnAStraightRoadOnlyAsAChangeOfLanesTurns) {
+  constexpr double kSpeed_mps = 25.0;
+  const auto told = [](const std::function<double(double)>& rate_rad_per_s) {
+    EgoSite ego{{kSpeed_mps, 0.1}, {}, {}};
+    for (double t_s = 0.0; t_s < 10.0; t_s += 0.1)
+      ego.trace.push_back({t_s, kSpeed_mps, rate_rad_per_s(t_s)});
+    return turns_told(ego, RoadSite{}, {2.0, 7.0});
+  };
+  const auto change_of_lanes = [](double from_s, double lasts_s, double t_s) {
+    const double turn = 2.0 * kPi / lasts_s;
+    return t_s < from_s || t_s > from_s + lasts_s
+               ? 0.0
+               : 3.5 / kSpeed_mps * turn / lasts_s * std::sin(turn * (t_s - from_s));
+  };
+  for (const double lasts_s : {4.0, 5.0})
+    EXPECT_TRUE(told([&](double t_s) { return change_of_lanes(2.5, lasts_s, t_s); })) << lasts_s;
+  EXPECT_FALSE(told([](double) { return kSpeed_mps / 2000.0; }));
+  EXPECT_FALSE(told([](double t_s) { return (t_s < 5.0 ? 1.0 : -1.0) * kSpeed_mps / 400.0; }));
+  EXPECT_FALSE(told([](double t_s) { return 0.008 * std::sin(kPi * t_s / 2.0); }));
 }
 
 }  // namespace
