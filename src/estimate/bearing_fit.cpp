@@ -191,9 +191,12 @@ void leave_out_strays(GeometryProblem& problem, const PathVector& parameters, co
 
 bool BearingFit::explains() const {
   constexpr double kMostOutliers = 0.3;
+  constexpr double kNearest_m = 1.0;  // no vehicle drives through the camera
   const MotionState state = trajectory.at(trajectory.problem.reference_s);
+  const Eigen::Vector2d from_camera_m = Eigen::Vector2d(state.range_m, state.lateral_m) -
+                                        trajectory.problem.setting.camera_m.head<2>();
   return (check.scatter_px.array() <= most_scatter_px.array()).all() &&
-         check.outlier_share <= kMostOutliers &&
+         check.outlier_share <= kMostOutliers && from_camera_m.norm() > kNearest_m &&
          std::abs(state.acceleration_mps2) <= kHardestBraking_mps2;
 }
 
