@@ -64,7 +64,9 @@ struct OwnWay {
 
 /// Whether a trace's yaw rates tell how the own vehicle goes from side to side in this time: by 25
 /// times what their own noise would make of its way, and more. Else they are no better than none,
-/// for a way of centimetres that passes for known is a base line for other vehicles' distance.
+/// for a way of centimetres that passes for known is a base line for other vehicles' distance. Nor
+/// where the road is told to be straight and the turns are gentle, go on to one side, or lead
+/// farther aside than a change of lanes: they may be the road's own.
 bool turns_told(const EgoSite& site, const RoadSite& road, const TimeSpan& time);
 
 /// Another vehicle, seen from the own one.

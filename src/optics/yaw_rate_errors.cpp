@@ -10,7 +10,7 @@
 namespace vildar {
 namespace {
 
-// Gyroscopes that were set to zero at a halt drift by so much, 0.1 degrees per second.
+// What a gyroscope that was set to zero at a halt is taken to drift by, 0.1 degrees per second.
 constexpr double kBias_rad_per_s = 0.002;
 // Less moves no lamp by more than a hundredth of a pixel or two.
 constexpr double kToldWalk_rad = 8e-6;
