@@ -15,9 +15,11 @@ constexpr double kLeastContrast = 6.0;
 constexpr double kLeastContrastClipped = 2.5;
 /// What is red enough is no light on paint or bodies.
 constexpr double kLeastContrastRed = 1.6;
-/// A lamp seen as large as this is near, and a near lamp is no dimmer than this.
+/// A lamp seen as large as this is near, and a near lamp is no dimmer than this, but for red ones,
+/// which are as round as their image on the road is not.
 constexpr double kWideSpread_px = 5.0;
 constexpr double kWideLeastPeak = 0.25;
+constexpr double kRound = 1.3;
 /// Unclipped lights longer than this are paint, kerbs and edges; red ones may be strips of LEDs.
 constexpr double kMostElongation = 3.0, kMostElongationRed = 8.0;
 
@@ -70,7 +72,8 @@ bool like_a_lamp(const Peak& peak, const Measured& light, double peak_linear, do
   const bool red = red_log_odds > kSurelyRed;
   if (red) contrast = kLeastContrastRed;
   if (peak_linear < contrast * light.background) return false;
-  if (light.spread_px.maxCoeff() > kWideSpread_px * px_per_usual && peak_linear < kWideLeastPeak)
+  if (light.spread_px.maxCoeff() > kWideSpread_px * px_per_usual && peak_linear < kWideLeastPeak &&
+      !(red && light.elongation < kRound))
     return false;
   return clipped || light.elongation <= (red ? kMostElongationRed : kMostElongation);
 }

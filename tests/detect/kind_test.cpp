@@ -81,11 +81,23 @@ TEST(Kind, ANearDimLampIsAsManyTimesWiderAsThePictureIsFiner) {
   light.background = 0.01;
   light.spread_px.setConstant(8.0);
   light.elongation = 1.1;
-  const RimColour red{true, 0.2, -0.05, 150.0};
-  EXPECT_EQ(kind_of({}, light, 0.2, red, 1.0), LampKind::other);
-  EXPECT_EQ(kind_of({}, light, 0.2, red, 2.0), LampKind::taillamp);
+  const RimColour white{true, 0.0, 0.0, 150.0};
+  EXPECT_EQ(kind_of({}, light, 0.2, white, 1.0), LampKind::other);
+  EXPECT_EQ(kind_of({}, light, 0.2, white, 2.0), LampKind::headlamp);
   EXPECT_EQ(px_per_usual(1280, 720), 1.0);
   EXPECT_EQ(px_per_usual(2160, 3840), 2.0);
+}
+
+// The disc of one ahead, and its image on the road.
+TEST(Kind, ANearDimLampThatIsRedAndRoundIsATailLamp) {
+  Measured light;
+  light.background = 0.004;
+  light.spread_px.setConstant(8.0);
+  light.elongation = 1.1;
+  const RimColour red{true, 0.2, -0.05, 150.0};
+  EXPECT_EQ(kind_of({}, light, 0.015, red, 1.0), LampKind::taillamp);
+  light.elongation = 1.5;
+  EXPECT_EQ(kind_of({}, light, 0.015, red, 1.0), LampKind::other);
 }
 
 // A tail lamp outshines a lit road three to five times.
