@@ -56,7 +56,7 @@ std::optional<VehicleTrack> nearest_part(const VehicleTrack& track, const Site& 
   if (!site.ego || track.direction != Direction::receding || seen.empty()) return std::nullopt;
   if ((site.ego->trace.empty() && site.ego->speed_mps.mean <= 0.0) ||
       turns_told(*site.ego, site.road,
-                 {seconds_of(seen.front().time), seconds_of(seen.back().time)}))
+                 {{seconds_of(seen.front().time), seconds_of(seen.back().time)}, true}))
     return std::nullopt;
   const auto length_s = [](auto from, auto to) {
     return seconds_of(to->time) - seconds_of(from->time);

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <numeric>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Eigenvalues>
@@ -82,9 +83,10 @@ HeadingSwings::Values HeadingSwings::way_s(double from_s, double to_s) const {
 namespace {
 
 // Whether the own vehicle's turns may be those of a road that is told to be straight: they go on to
-// one side, or are no more than what bends of kilometres do, or take it farther aside and back than
-// a change of lanes.
-bool bends_with_the_road(const EgoSite& site, const TimeSpan& time) {
+// one side, or take it farther aside and back than a change of lanes. Beside one that drives ahead
+// and keeps to its lane no better, gentle ones are no more than what it may do itself.
+bool bends_with_the_road(const EgoSite& site, const Watched& watched) {
+  const TimeSpan& time = watched.time;
   constexpr double kBesides_s = 2.0;  // a change of lanes that has begun ends
   constexpr double kGentle_rad = 0.02, kBend_rad = 0.03, kPerSwing = 2.0, kLanes_m = 5.0;
   std::vector<double> times_s, headings_rad, speeds_mps;
@@ -109,19 +111,21 @@ bool bends_with_the_road(const EgoSite& site, const TimeSpan& time) {
     rightmost_m = std::min(rightmost_m, aside_m);
   }
   const double turned_rad = std::abs(bend.slope) * (times_s.back() - times_s.front());
-  return swing_rad < kGentle_rad || turned_rad > kBend_rad + kPerSwing * swing_rad ||
-         leftmost_m - rightmost_m > kLanes_m;
+  return (watched.same_way && swing_rad < kGentle_rad) ||
+         turned_rad > kBend_rad + kPerSwing * swing_rad || leftmost_m - rightmost_m > kLanes_m;
 }
 
 }  // namespace
 
-bool turns_told(const EgoSite& site, const RoadSite& road, const TimeSpan& time) {
+bool turns_told(const EgoSite& site, const RoadSite& road, const Watched& watched) {
+  const TimeSpan& time = watched.time;
   constexpr double kTimesNoise = 25.0;
   constexpr std::size_t kFewest = 12;
   // Of a random walk's integral over a time, about its line: the root mean square, over that of the
   // walk's end and the time.
   constexpr double kAboutLine = 0.0492;
-  if (!site.turns_known() || (road.kind == RoadKind::straight && bends_with_the_road(site, time)))
+  if (!site.turns_known() ||
+      (road.kind == RoadKind::straight && bends_with_the_road(site, watched)))
     return false;
   std::vector<double> times_s, way_m;
   std::vector<EgoSample> used;
@@ -152,12 +156,13 @@ bool turns_told(const EgoSite& site, const RoadSite& road, const TimeSpan& time)
 EgoMotion::EgoMotion(const EgoSite& site, const RoadSite& road, std::optional<Watched> watched)
     : site_(site),
       moving_(true),
-      turns_known_(watched ? turns_told(site, road, watched->time) : site.turns_known()) {
+      turns_known_(watched ? turns_told(site, road, *watched) : site.turns_known()) {
   if (road.radius_m) road_curvature_per_m_ = bend_of(road) / road.radius_m->mean;
   straight_m_ = road.straight_m.mean;
   if (turns_known_) curvature_per_m_ = road_curvature_per_m_;
   springs_sigma_mps2_ = springs_sigma_mps2();
   if (!watched) return;
+  site_.trace = without_speed_noise(std::move(site_.trace), watched->time);
   constexpr int kPoints = 64;
   double sum = 0.0;
   for (int i = 0; i < kPoints; ++i)

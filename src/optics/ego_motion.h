@@ -62,13 +62,6 @@ struct OwnWay {
       0.0;  ///< off the road's line y = 0: half of how far it goes to and fro, as far as told
 };
 
-/// Whether a trace's yaw rates tell how the own vehicle goes from side to side in this time: by 25
-/// times what their own noise would make of its way, and more. Else they are no better than none,
-/// for a way of centimetres that passes for known is a base line for other vehicles' distance. Nor
-/// where the road is told to be straight and the turns are gentle, go on to one side, or lead
-/// farther aside than a change of lanes: they may be the road's own.
-bool turns_told(const EgoSite& site, const RoadSite& road, const TimeSpan& time);
-
 /// Another vehicle, seen from the own one.
 struct Watched {
   TimeSpan time;
@@ -76,6 +69,13 @@ struct Watched {
   /// either sways and turns is one swing of the bearings then, and tells no length.
   bool same_way = false;
 };
+
+/// Whether a trace's yaw rates tell how the own vehicle goes from side to side while another is
+/// watched: by 25 times what their own noise would make of its way, and more. Else they are no
+/// better than none, for a way of centimetres that passes for known is a base line for other
+/// vehicles' distance. Nor where the road is told to be straight and the turns are gentle, go on to
+/// one side, or lead farther aside than a change of lanes: they may be the road's own.
+bool turns_told(const EgoSite& site, const RoadSite& road, const Watched& watched);
 
 /// Curves whose sum with independent weights is a heading that goes to and fro, alike at times
 /// apart by dt as exp(-(dt / l)^2 / 2): the first of that process's Karhunen-Loeve expansion over

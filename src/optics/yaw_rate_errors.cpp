@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <vector>
 
-#include "core/median.h"
 #include "core/quantity.h"
 
 namespace vildar {
@@ -18,15 +18,10 @@ constexpr double kToldWalk_rad = 8e-6;
 }  // namespace
 
 double yaw_rate_noise_rad_per_s(std::span<const EgoSample> samples) {
-  if (samples.size() < 5) return 0.0;
-  // Fourth differences of what turns a vehicle are nothing beside those of noise, whose variances
-  // add up to 70.
-  std::vector<double> differences;
-  const auto rate = [&](std::size_t i) { return samples[i].yaw_rate_rad_per_s; };
-  for (std::size_t i = 2; i + 2 < samples.size(); ++i)
-    differences.push_back(rate(i - 2) - 4.0 * rate(i - 1) + 6.0 * rate(i) - 4.0 * rate(i + 1) +
-                          rate(i + 2));
-  return robust_sigma(std::move(differences)) / std::sqrt(70.0);
+  std::vector<double> rates_rad_per_s;
+  std::ranges::transform(samples, std::back_inserter(rates_rad_per_s),
+                         &EgoSample::yaw_rate_rad_per_s);
+  return trace_noise(rates_rad_per_s);
 }
 
 YawRateErrors::YawRateErrors(const EgoSite& site, const TimeSpan& watched) : watched_(watched) {

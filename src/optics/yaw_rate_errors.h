@@ -5,14 +5,10 @@
 
 #include <Eigen/Core>
 
+#include "optics/ego_trace.h"
 #include "types/site.h"
 
 namespace vildar {
-
-/// Seconds of clip time; from_s < to_s.
-struct TimeSpan {
-  double from_s = 0.0, to_s = 0.0;
-};
 
 /// Standard deviation of the noise of yaw rates from sample to sample, by their fourth differences;
 /// 0 of less than five.

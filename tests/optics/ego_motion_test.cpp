@@ -270,7 +270,7 @@ TEST(TurnsTold, NotBeneathTheNoiseOfTheYawRates) {
                                noise_rad_per_s * random.normal()});
     RoadSite bend;
     bend.kind = RoadKind::curved;
-    return turns_told(ego, bend, {0.0, 6.0});
+    return turns_told(ego, bend, {{0.0, 6.0}});
   };
   EXPECT_TRUE(told(0.003, 0.0, 0.0));
   EXPECT_FALSE(told(0.003, 0.0, 0.002));
@@ -288,7 +288,7 @@ TEST(TurnsTold, OnAStraightRoadOnlyAsAChangeOfLanesTurns) {
     EgoSite ego{{kSpeed_mps, 0.1}, {}, {}};
     for (double t_s = 0.0; t_s < 10.0; t_s += 0.1)
       ego.trace.push_back({t_s, kSpeed_mps, rate_rad_per_s(t_s)});
-    return turns_told(ego, RoadSite{}, {2.0, 7.0});
+    return turns_told(ego, RoadSite{}, {{2.0, 7.0}, true});
   };
   const auto change_of_lanes = [](double from_s, double lasts_s, double t_s) {
     const double turn = 2.0 * kPi / lasts_s;
