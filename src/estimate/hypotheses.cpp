@@ -1,6 +1,7 @@
 #include "estimate/hypotheses.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -63,6 +64,31 @@ Outcome<Trajectory> refit(Trajectory trajectory) {
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   trajectory.fit = std::get<GeometryFit>(outcome);
   return trajectory;
+}
+
+// The range of a lone lamp goes with one over what the pitch leaves of its elevation: where that is
+// far from a line over what is known of the pitch, by parts of it, whose sum is its density to 4 %.
+std::vector<Trajectory> by_pitch(const Trajectory& whole) {
+  struct Part {
+    double mean, share;  // mean in standard deviations of the whole
+  };
+  constexpr std::array<Part, 5> kParts{
+      {{-1.6, 0.0545}, {-0.8, 0.244}, {0.0, 0.403}, {0.8, 0.244}, {1.6, 0.0545}}};
+  constexpr double kPartStd = 0.64, kCurved = 0.15;
+  const Uncertain pitch_rad = whole.problem.priors.turn_rad[1];
+  const double left_rad = std::sqrt(whole.fit.covariance(kPitch, kPitch));
+  if (whole.problem.pairs || left_rad <= kCurved * std::abs(whole.fit.parameters[kDrop]))
+    return {whole};
+  std::vector<Trajectory> found;
+  for (const Part& part : kParts) {
+    Trajectory one = whole;
+    one.problem.priors.turn_rad[1] = {pitch_rad.mean + part.mean * pitch_rad.std,
+                                      kPartStd * pitch_rad.std};
+    one.log_prior += std::log(part.share);
+    const auto outcome = refit(std::move(one));
+    if (const auto* fitted = std::get_if<Trajectory>(&outcome)) found.push_back(*fitted);
+  }
+  return found;
 }
 
 bool off_road(const RoadSite& road, Uncertain lateral_m, double ego_aside_std_m) {
@@ -152,7 +178,8 @@ Outcome<std::vector<Trajectory>> fit_hypotheses(const Trajectory& seen,
         off_road(site.road, lateral_of(anywhere), anywhere.problem.ego_aside_std_m))
       miss = Miss::not_on_road;
     else
-      add_lanes(anywhere, reading, site, direction, found);
+      for (const Trajectory& one : by_pitch(anywhere))
+        add_lanes(one, reading, site, direction, found);
   }
   if (found.empty()) return *miss;
   weigh(found);

@@ -2,7 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
+#include <vector>
+
+#include "core/quantity.h"
+#include "core/text.h"
 
 namespace vildar {
 namespace {
@@ -93,6 +98,30 @@ std::string sure_lane(std::span<const Trajectory> trajectories) {
   for (const auto& [lane, weight] : weights)
     if (weight >= kSure) return lane;
   return {};
+}
+
+std::string doubt_text(std::span<const Trajectory> trajectories, double time_s) {
+  constexpr double kSure = 0.95;
+  struct Thing {
+    std::string name;
+    double weight = 0.0, weighted_mps = 0.0;
+  };
+  std::vector<Thing> things;
+  for (const Trajectory& one : trajectories) {
+    const std::string name = (one.lamps.empty() ? "" : one.lamps + ", ") +
+                             (one.lane.empty() ? "no lane" : "lane " + one.lane);
+    auto thing = std::ranges::find(things, name, &Thing::name);
+    if (thing == things.end()) thing = things.insert(thing, {name});
+    thing->weight += one.weight;
+    thing->weighted_mps += one.weight * std::abs(one.at(time_s).over_ground_mps);
+  }
+  std::ranges::stable_sort(things, std::greater(), &Thing::weight);
+  if (things.front().weight >= kSure) return {};
+  std::string doubt;
+  for (const Thing& thing : things)
+    doubt += (doubt.empty() ? "" : "; ") + thing.name + ": " + fixed_text(100.0 * thing.weight, 0) +
+             " %, " + fixed_text(kmh_from_mps(thing.weighted_mps / thing.weight), 1) + " km/h";
+  return doubt;
 }
 
 }  // namespace vildar

@@ -20,4 +20,8 @@ SpeedEstimate mixed_speed(std::span<const Trajectory> trajectories, double time_
 /// Lane that has at least 95 % of the probability; empty where none has.
 std::string sure_lane(std::span<const Trajectory> trajectories);
 
+/// What could not be told apart, the likeliest first, and what each would mean at that time; empty
+/// where one thing in one lane has at least 95 % of the probability.
+std::string doubt_text(std::span<const Trajectory> trajectories, double time_s);
+
 }  // namespace vildar

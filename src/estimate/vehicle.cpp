@@ -97,22 +97,6 @@ void add_states(std::span<const Trajectory> trajectories, std::vector<TrackRow>&
   }
 }
 
-// What could not be told apart, and what each would mean.
-void warn_of_doubt(std::span<const Trajectory> trajectories, double time_s, VehicleResult& result) {
-  constexpr double kSure = 0.95;
-  if (trajectories.front().weight >= kSure) return;
-  std::string doubt;
-  for (const Trajectory& one : trajectories) {
-    const std::string lane = one.lane.empty() ? "no lane" : "lane " + one.lane;
-    const std::string lamps = one.lamps.empty() ? "" : one.lamps + ", ";
-    doubt += (doubt.empty() ? "" : "; ") + lamps + lane + ": " + fixed_text(100.0 * one.weight, 0) +
-             " %, " + fixed_text(kmh_from_mps(std::abs(one.at(time_s).over_ground_mps)), 1) +
-             " km/h";
-  }
-  result.warnings.push_back("what the vehicle is cannot be told for sure (" + doubt +
-                            "); its interval covers all of them");
-}
-
 // The speed that the program stands by, from trajectories and the method that gave them.
 void report(const VehicleTrack& track, const Site& site, std::span<const Trajectory> trajectories,
             const SpeedEstimate& speed, VehicleResult& result) {
@@ -462,7 +446,9 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
   if (!trajectories.empty() && !result.withheld && result.used_camera) {
     estimate.rows = bearing_rows(sized, fitted_camera(*site.camera, trajectories.front()), site);
     add_states(trajectories, estimate.rows);
-    warn_of_doubt(trajectories, result.speed.time_s, result);
+    if (const std::string doubt = doubt_text(trajectories, result.speed.time_s); !doubt.empty())
+      result.warnings.push_back("what the vehicle is cannot be told for sure (" + doubt +
+                                "); its interval covers all of them");
     estimate.trajectories = std::move(trajectories);
   }
   if (const auto wide_m = width_of_surface_m(estimate.rows, *site.camera))

@@ -7,6 +7,7 @@
 #include "estimate/mixture.h"
 #include "estimate/vehicle.h"
 #include "lamp_population.h"
+#include "support/trials.h"
 
 namespace vildar {
 namespace {
@@ -187,6 +188,42 @@ Trajectory known_speed(double weight, double speed_mps, double log_std) {
   one.fit.parameters[kClosingRate] = speed_mps / 50.0;
   one.fit.covariance(kLogScale, kLogScale) = log_std * log_std;
   return one;
+}
+
+// Little below a camera that is tilted as nobody knows, one that leaves slowly: its range is one
+// over an elevation, and far above the likeliest where the tilt is low.
+TEST(Hypotheses, ALoneLampAheadMayBeFarFartherThanItsLikeliestRange) {
+  constexpr int kTrials = trials(80);
+  constexpr double kOwn_mps = 26.0, kLeaves_mps = 0.7, kPitch_rad = 0.0175;
+  Site told = simulated::mast_site(1.35);
+  told.camera->pitch_rad = {0.0, kPitch_rad};
+  told.road.lanes = {{"own", {0.0, 0.3}, 3.5, Direction::receding}};
+  told.lamps.tail_height_m = Uncertain{0.8, 0.15};
+  told.lamps.tail_separation_m = Uncertain{1.3, 0.15};
+  told.ego = EgoSite{{kOwn_mps, 0.05}, {}, {}};
+  simulated::View view{.to_s = 3.4, .single_lamp = true};
+  view.ego_mps = kOwn_mps;
+  Random random(15);
+  int measured = 0, inside = 0;
+  for (int i = 0; i < kTrials; ++i) {
+    Site truth = told;
+    truth.camera->pitch_rad.mean = random.normal(0.0, kPitch_rad);
+    simulated::Vehicle ahead;
+    ahead.speed_mps = -(kOwn_mps + kLeaves_mps);
+    ahead.along_m = random.uniform(20.0, 40.0);
+    ahead.lateral_m = 0.0;
+    ahead.height_m = random.normal(0.8, 0.15);
+    VehicleTrack track = simulated::track_of(ahead, truth, view, random);
+    track.direction = Direction::receding;
+    track.kind = LampKind::taillamp;
+    const VehicleResult result = estimate_vehicle(track, told, {}).result;
+    if (result.withheld) continue;
+    ++measured;
+    inside += result.speed.lo95_mps <= kOwn_mps + kLeaves_mps &&
+              kOwn_mps + kLeaves_mps <= result.speed.hi95_mps;
+  }
+  ASSERT_GE(measured, kTrials / 2);
+  EXPECT_GE(inside, 0.95 * measured - 3.0 * std::sqrt(0.95 * 0.05 * measured));
 }
 
 TEST(Weigh, LeavesOutWhatHasNoEvidence) {
