@@ -34,13 +34,7 @@ double turns_wider_mps(const Trajectory& one, double over_ground_mps) {
   if (problem.pairs || setting.bend == 0.0) return 0.0;
   const PathVector& p = one.fit.parameters;
   const double scale_m = std::exp(p[kLogScale]);
-  const auto along_m = [&](double time_s) {
-    const double tau_s = time_s - problem.reference_s;
-    return setting.camera_m.x() +
-           scale_m * (1.0 - tau_s * (p[kClosingRate] + 0.5 * tau_s * p[kAcceleration]) -
-                      setting.departed(tau_s));
-  };
-  if (std::max(along_m(one.from_s), along_m(one.to_s)) < bend_begins_m(p.data(), setting))
+  if (std::max(one.along_m(one.from_s), one.along_m(one.to_s)) < bend_begins_m(p.data(), setting))
     return 0.0;
   const double off_middle_m =
       problem.priors.separation_m ? 0.5 * problem.priors.separation_m->mean : kHalfPair_m;
@@ -103,6 +97,16 @@ double Trajectory::common_std_mps(double time_s) const {
 double Trajectory::lateral_m() const {
   return problem.setting.camera_m.y() +
          std::exp(fit.parameters[kLogScale]) * fit.parameters[kLateral];
+}
+
+double Trajectory::along_m(double time_s) const {
+  const PathSetting& setting = problem.setting;
+  const PathVector& p = fit.parameters;
+  const double tau_s = time_s - problem.reference_s;
+  return setting.camera_m.x() +
+         std::exp(p[kLogScale]) *
+             (1.0 - tau_s * (p[kClosingRate] + 0.5 * tau_s * p[kAcceleration]) -
+              setting.departed(tau_s));
 }
 
 double Trajectory::std_of(const PathVector& by_path, const Eigen::VectorXd& by_step) const {

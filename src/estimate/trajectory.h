@@ -37,12 +37,14 @@ struct Trajectory {
   double weight = 1.0;              ///< probability among the trajectories found together
   double from_s = 0.0, to_s = 0.0;  ///< part of the track that it was fitted to
   int frames = 0;
-  bool part = false;  ///< the model does not explain the rest of its track
+  bool part = false;                       ///< the model does not explain the rest of its track
   BearingOf bearing_of = BearingOf::pair;  ///< what the bearings in `problem` are of
 
   MotionState at(double time_s) const;
   double lamp_height_m() const;
   double lateral_m() const;
+  /// Length of its lane from x = 0 to it; the camera stands.
+  double along_m(double time_s) const;
   /// Part of the speed's sigma that all parts of its track share: the own speed's, as the site
   /// states it, and on a bend that of a lone lamp, which may be the inner or the outer one of its
   /// vehicle.

@@ -412,15 +412,21 @@ TEST(MeasuredVehicles, OfACarAndItsTrailerTheBetterSpeedStands) {
                                              {moved(kCar, 9.0, 0.0), false},
                                              {next_lane, false},
                                              {faster, false}};
-  for (const auto& [other, drawn] : others) {
-    MeasuredVehicles measured(kOverLamps_m, kLampHeight_m);
-    measured.add(estimate_of(1, kCar, Frames::all));
-    measured.add(estimate_of(2, other, Frames::odd));
-    const auto both = measured.take_before(kForever);
-    ASSERT_EQ(both.size(), 2U);
-    EXPECT_EQ(both[0].result.withheld.has_value() + both[1].result.withheld.has_value(), drawn)
-        << other.along_m;
-  }
+  Site bend = mast_site(5.0);
+  bend.road.kind = RoadKind::curved;
+  bend.road.radius_m = Uncertain{70.0, 3.0};
+  bend.road.turn = Turn::left;
+  bend.camera->yaw_rad.mean = 0.3;
+  for (const Site& site : {mast_site(5.0), bend})
+    for (const auto& [other, drawn] : others) {
+      MeasuredVehicles measured(kOverLamps_m, kLampHeight_m);
+      measured.add(estimate_of(1, kCar, Frames::all, kLong, site));
+      measured.add(estimate_of(2, other, Frames::odd, kLong, site));
+      const auto both = measured.take_before(kForever);
+      ASSERT_EQ(both.size(), 2U);
+      EXPECT_EQ(both[0].result.withheld.has_value() + both[1].result.withheld.has_value(), drawn)
+          << other.along_m;
+    }
 }
 
 // Fog lamps that were seen for longer: fainter, as bright as the headlamps, or brighter by far.
