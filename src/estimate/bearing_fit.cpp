@@ -11,6 +11,7 @@
 #include "estimate/own_springs.h"
 #include "estimate/path_start.h"
 #include "estimate/speed_gate.h"
+#include "estimate/weave.h"
 
 namespace vildar {
 namespace {
@@ -129,6 +130,7 @@ Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView&
   let_springs_work(problem);
   problem.setting.ego_unsure =
       std::ranges::any_of(problem.ego_unknowns, [](const Uncertain& one) { return one.std > 0.0; });
+  if (!ego.moving()) let_weave(problem);
   std::vector<std::pair<double, PathVector>> starts;
   for (const RoughPath& path : paths)
     for (const Look look : {Look::as_told, Look::by_path}) {

@@ -32,7 +32,7 @@ enum PathParameter : int {
   kHeading,   ///< of the camera's own vehicle off the road's at the reference time, rad
   kEgoDelay,  ///< to be added to the stamps of the trace of its motion, s
   kSquat,     ///< pitch of the camera per own acceleration, nose up: positive, rad per m/s^2
-  kOwnSwing,  ///< first of OwnWay's swings
+  kOwnSwing,  ///< first of OwnWay's swings, or of the vehicle's own weave, m, where it weaves
   kPathParameters = kOwnSwing + kOwnSwings,
 };
 using PathVector = Eigen::Matrix<double, kPathParameters, 1>;
@@ -71,6 +71,7 @@ struct PathSetting {
   bool turns = false;         ///< the pose has a std, so that p[kYaw..kRoll] may differ from zero
   bool focal_unsure = false;  ///< p[kLogFocal] may differ from zero
   bool ego_unsure = false;    ///< p[kHeading..] may differ from zero
+  bool weaves = false;        ///< p[kOwnSwing..] are the vehicle's, across its lane
   double own_mps = 0.0;       ///< of a camera that drives
   double bend = 0.0;          ///< as in path_point
   double straight_m = 0.0;
@@ -190,8 +191,10 @@ Eigen::Matrix<T, 3, 1> lamp_from_camera_m(const T* p, const PathSetting& setting
     left_m += 0.5 * off_per_m * ego.way_m * ego.way_m;
   }
   T x_m = place.x_m, y_m = place.y_m - left_m;
-  if (side != 0.0) {
-    const T offset_m = side * scale_m * exp(p[kLogSeparation]);
+  if (side != 0.0 || setting.weaves) {
+    T offset_m = side == 0.0 ? T(0.0) : side * scale_m * exp(p[kLogSeparation]);
+    for (int k = 0; setting.weaves && k < kOwnSwings; ++k)
+      offset_m += p[kOwnSwing + k] * ego.by_swing[static_cast<std::size_t>(k)].left_m;
     if (setting.bend != 0.0) {
       x_m -= offset_m * sin(place.heading_rad);
       y_m += offset_m * cos(place.heading_rad);

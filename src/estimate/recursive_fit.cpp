@@ -11,6 +11,7 @@
 #include "estimate/geometry_cost.h"
 #include "estimate/mixture.h"
 #include "estimate/own_springs.h"
+#include "estimate/weave.h"
 
 namespace vildar {
 namespace {
@@ -101,6 +102,11 @@ struct RecursiveFit::Filter {
     fit.covariance = slopes * fit.covariance * slopes.transpose();
     const double jerk = options.jerk_mps2_per_root_s / (share * scale_m);
     fit.covariance(kAcceleration, kAcceleration) += jerk * jerk * std::max(0.0, time_s - last_s);
+    if (problem.setting.bend != 0.0) {
+      const double weave = kWeave_m / (share * scale_m);
+      fit.covariance(kLateral, kLateral) +=
+          2.0 * weave * weave * std::max(0.0, time_s - last_s) / kWeavesAlike_s;
+    }
     problem.reference_s = time_s;
   }
 

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <string>
 
+#include "core/quantity.h"
 #include "estimate/vehicle.h"
 #include "simulated_pass.h"
 #include "study.h"
@@ -17,6 +18,7 @@ struct Case {
   Site site;
   double from_m = 60.0, to_m = 10.0;  ///< of the path
   double fastest_mps = 35.0;
+  double weave_m = 0.0;  ///< to and fro about the lane's middle, each way
 };
 
 struct Found {
@@ -61,6 +63,8 @@ Found study(const Case& tried, std::uint64_t seed) {
     vehicle.lateral_m = drawn(world.road.lanes.front().lateral_m, random);
     vehicle.height_m = drawn(*world.lamps.height_m, random);
     vehicle.separation_m = drawn(*world.lamps.separation_m, random);
+    if (tried.weave_m > 0.0)
+      vehicle.weave = {tried.weave_m, random.uniform(6.0, 10.0), random.uniform(0.0, 2.0 * kPi)};
     const VehicleEstimate estimate = estimate_vehicle(
         simulated::track_of(vehicle, world, {.to_s = seen_s}, random), tried.site, {});
     const VehicleResult& result = estimate.result;
@@ -126,11 +130,13 @@ Site curved_site(double camera_height_m, Turn turn, Uncertain radius_m) {
 TEST_F(GeometryStudy, CurvesLeftAndRightWhateverIsKnownOfTheirRadius) {
   for (const Turn turn : {Turn::left, Turn::right})
     for (const Uncertain radius_m : {Uncertain{60.0, 0.0}, Uncertain{60.0, 6.0}})
-      // A radius called known is taken as good to half a percent, which here it is.
-      expect_covered(study({(turn == Turn::left ? "left" : "right") + std::string(" turn, 60 +- ") +
-                                std::to_string(radius_m.std) + " m",
-                            curved_site(4.0, turn, radius_m), 50.0, 12.0, 20.0},
-                           20260102));
+      for (const double weave_m : {0.0, 0.1})
+        // A radius called known is taken as good to half a percent, which here it is.
+        expect_covered(
+            study({(turn == Turn::left ? "left" : "right") + std::string(" turn, 60 +- ") +
+                       std::to_string(radius_m.std) + " m, weave " + std::to_string(weave_m) + " m",
+                   curved_site(4.0, turn, radius_m), 50.0, 12.0, 20.0, weave_m},
+                  20260102));
 }
 
 TEST_F(GeometryStudy, APoseKnownToAFewDegrees) {

@@ -1,7 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/quantity.h"
+#include "estimate/recursive_fit.h"
 #include "geometry_pass.h"
+#include "support/trials.h"
 
 namespace vildar {
 namespace {
@@ -181,6 +184,42 @@ TEST(Geometry, ASurveyedBeginOfABendSetsTheScale) {
   const double plain_mps = result_of(kTypical, site, kNoiseless).speed.std_mps;
   site.road.straight_m.std = 0.05;
   EXPECT_LT(result_of(kTypical, site, kNoiseless).speed.std_mps, 0.25 * plain_mps);
+}
+
+// To and fro by 8 cm about the lane's middle, which over three seconds is another curve than the
+// road's: taken as known, that would be wrong by three standard deviations. The same of the filter.
+TEST(Geometry, OnABendAWeaveIsNotTakenForItsRadius) {
+  constexpr int kTrials = trials(80);
+  const Site site = before_a_bend({0.0, 0.0});
+  Random random(12);
+  int measured = 0;
+  double squares = 0.0, filtered_squares = 0.0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    Vehicle vehicle = kTypical;
+    vehicle.speed_mps = random.uniform(8.0, 20.0);
+    vehicle.along_m = 3.0 * vehicle.speed_mps + 12.0;
+    vehicle.height_m = random.normal(site.lamps.height_m->mean, site.lamps.height_m->std);
+    vehicle.separation_m =
+        random.normal(site.lamps.separation_m->mean, site.lamps.separation_m->std);
+    vehicle.weave = {0.08, random.uniform(6.0, 10.0), random.uniform(0.0, 2.0 * kPi)};
+    const View view{.to_s = 3.0, .sigma_px = 0.1};
+    const VehicleTrack track = track_of(vehicle, site, view, random);
+    RecursiveFit filter(site, track);
+    for (const VehicleSighting& sighting : track.sightings) filter.add(sighting);
+    const auto filtered = filter.speed();
+    const VehicleResult result = estimate_vehicle(track, site, {}).result;
+    const auto* last = std::get_if<SpeedEstimate>(&filtered);
+    if (result.withheld || !last) continue;
+    ++measured;
+    const auto sigmas = [&](const SpeedEstimate& speed) {
+      return (speed.speed_mps - vehicle.speed_mps) / speed.std_mps;
+    };
+    squares += std::pow(sigmas(result.speed), 2);
+    filtered_squares += std::pow(sigmas(*last), 2);
+  }
+  ASSERT_GE(measured, 0.9 * kTrials);
+  EXPECT_LT(std::sqrt(squares / measured), 1.3);
+  EXPECT_LT(std::sqrt(filtered_squares / measured), 1.3);
 }
 
 // In a roundabout the outer lamp of a car goes 4 % faster than its middle, and a lone one may be

@@ -40,6 +40,15 @@ struct LaneChange {
   }
 };
 
+/// A driver's way to and fro about the lane's middle.
+struct Weave {
+  double left_m = 0.0, period_s = 8.0, phase_rad = 0.0;
+
+  double left_at_m(double t_s) const {
+    return left_m * std::sin(2.0 * std::numbers::pi * t_s / period_s + phase_rad);
+  }
+};
+
 /// A vehicle with constant acceleration on a straight or curved road, in closed form.
 struct Vehicle {
   double speed_mps = 20.0;         ///< along the path at t = 0, positive toward the sensor
@@ -50,6 +59,7 @@ struct Vehicle {
   double separation_m = 1.25;
   std::vector<AccelerationChange> changes{};
   LaneChange lane_change{};  ///< on a straight road
+  Weave weave{};             ///< on a curved one; too slow to turn the vehicle
 
   double along_at_m(double t_s) const {
     double to_go_m = along_m - speed_mps * t_s - 0.5 * acceleration_mps2 * t_s * t_s;
@@ -81,7 +91,7 @@ inline Lamps lamps_at(const Vehicle& vehicle, const RoadSite& road, double t_s) 
     const double radius_m = std::abs(centre.y() - vehicle.lateral_m);
     const double beta_rad = (s_m - road.straight_m.mean) / radius_m;
     const Eigen::Vector2d outward(std::sin(beta_rad), -sign * std::cos(beta_rad));
-    middle = centre + radius_m * outward;
+    middle = centre + (radius_m - sign * vehicle.weave.left_at_m(t_s)) * outward;
     left = -sign * outward;
   }
   const auto lift = [&](const Eigen::Vector2d& p) {
