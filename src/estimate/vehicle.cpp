@@ -403,7 +403,11 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
   result = empty_result(track);
 
   std::vector<Trajectory> trajectories;
-  auto fitted = fit_trajectories(track, camera, site, result.warnings);
+  // What passes before a camera that moves is told from what lies by the road no sooner.
+  constexpr double kShortestMoving_s = 0.5;
+  auto fitted = site.ego && result.t_last_s - result.t_first_s < kShortestMoving_s
+                    ? Miss::too_short
+                    : fit_trajectories(track, camera, site, result.warnings);
   if (const Miss* miss = std::get_if<Miss>(&fitted)) {
     result.withheld = *miss;
   } else {

@@ -448,5 +448,14 @@ TEST(Geometry, YawRatesTellARadiusThatTheSiteHasWrong) {
   }
 }
 
+// Lights by the road, and the ends of lines, are seen together for that long.
+TEST(Geometry, BeforeADashcamHalfASecondIsTooShort) {
+  BendView scene = on_a_bend(Turn::left, true);
+  scene.view.to_s = 0.4;
+  EXPECT_EQ(result_of(scene.vehicle, scene.site, scene.view).withheld, Miss::too_short);
+  scene.view.to_s = 0.6;
+  EXPECT_FALSE(result_of(scene.vehicle, scene.site, scene.view).withheld);
+}
+
 }  // namespace
 }  // namespace vildar
