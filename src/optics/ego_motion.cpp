@@ -21,7 +21,11 @@ namespace vildar {
 namespace {
 
 // One who keeps to the lane heads to and fro by so much, for so long each way.
-constexpr double kLaneKeeping_rad = 0.008, kToAndFro_s = 4.0;
+constexpr double kLaneKeeping_rad = 0.008, kToAndFro_s = 4.0, kLanePlace_m = 0.25;
+constexpr double kNearest_m = 1.0;
+// Where yaw rates are told: the first of the swings that are those of one ahead, after the rates'
+// relative error and bias.
+constexpr std::size_t kSways = 5;
 // Clocks of other devices, and what their gyroscopes are good to.
 constexpr Uncertain kDelay_s{0.0, 0.1}, kTurns{0.0, 0.02};
 
@@ -82,43 +86,76 @@ HeadingSwings::Values HeadingSwings::way_s(double from_s, double to_s) const {
 
 namespace {
 
+// What the yaw rates of a trace add up to, from its first sample on.
+struct ToldHeadings {
+  std::vector<EgoSample> samples;
+  std::vector<double> times_s, headings_rad;
+
+  ToldHeadings(const EgoSite& site, const TimeSpan& time) {
+    double heading_rad = 0.0;
+    for (const EgoSample& sample : site.trace) {
+      if (sample.time_s < time.from_s || sample.time_s > time.to_s) continue;
+      if (!times_s.empty())
+        heading_rad += (sample.time_s - times_s.back()) * sample.yaw_rate_rad_per_s;
+      samples.push_back(sample);
+      times_s.push_back(sample.time_s);
+      headings_rad.push_back(heading_rad);
+    }
+  }
+  std::size_t count() const { return times_s.size(); }
+  /// How far to the left of a line on which it heads so.
+  std::vector<double> ways_m(const std::vector<double>& off_rad) const {
+    std::vector<double> ways_m{0.0};
+    for (std::size_t i = 1; i < count(); ++i)
+      ways_m.push_back(ways_m.back() +
+                       (times_s[i] - times_s[i - 1]) * samples[i].speed_mps * off_rad[i]);
+    return ways_m;
+  }
+  std::vector<double> off(const RobustLine& line) const {
+    std::vector<double> off_rad;
+    for (std::size_t i = 0; i < count(); ++i)
+      off_rad.push_back(headings_rad[i] - line.at(times_s[i]));
+    return off_rad;
+  }
+};
+
+// A change of lanes that has begun ends.
+TimeSpan with_what_goes_on(const TimeSpan& time) {
+  constexpr double kBesides_s = 2.0;
+  return {time.from_s - kBesides_s, time.to_s + kBesides_s};
+}
+
 // Whether the own vehicle's turns may be those of a road that is told to be straight: they go on to
 // one side, or take it farther aside and back than a change of lanes. Beside one that drives ahead
 // and keeps to its lane no better, gentle ones are no more than what it may do itself.
 bool bends_with_the_road(const EgoSite& site, const Watched& watched) {
-  const TimeSpan& time = watched.time;
-  constexpr double kBesides_s = 2.0;  // a change of lanes that has begun ends
   constexpr double kGentle_rad = 0.02, kBend_rad = 0.03, kPerSwing = 2.0, kLanes_m = 5.0;
-  std::vector<double> times_s, headings_rad, speeds_mps;
-  double heading_rad = 0.0;
-  for (const EgoSample& sample : site.trace) {
-    if (sample.time_s < time.from_s - kBesides_s || sample.time_s > time.to_s + kBesides_s)
-      continue;
-    if (!times_s.empty())
-      heading_rad += (sample.time_s - times_s.back()) * sample.yaw_rate_rad_per_s;
-    times_s.push_back(sample.time_s);
-    headings_rad.push_back(heading_rad);
-    speeds_mps.push_back(sample.speed_mps);
-  }
-  if (times_s.size() < 3) return false;
-  const RobustLine bend = least_deviations_line(times_s, headings_rad);
-  double swing_rad = 0.0, aside_m = 0.0, leftmost_m = 0.0, rightmost_m = 0.0;
-  for (std::size_t i = 1; i < times_s.size(); ++i) {
-    const double off_rad = headings_rad[i] - bend.at(times_s[i]);
-    swing_rad = std::max(swing_rad, std::abs(off_rad));
-    aside_m += (times_s[i] - times_s[i - 1]) * speeds_mps[i] * off_rad;
-    leftmost_m = std::max(leftmost_m, aside_m);
-    rightmost_m = std::min(rightmost_m, aside_m);
-  }
-  const double turned_rad = std::abs(bend.slope) * (times_s.back() - times_s.front());
+  const ToldHeadings told(site, with_what_goes_on(watched.time));
+  if (told.count() < 3) return false;
+  const RobustLine bend = least_deviations_line(told.times_s, told.headings_rad);
+  const std::vector<double> off_rad = told.off(bend), aside_m = told.ways_m(off_rad);
+  const auto [most_right_rad, most_left_rad] = std::ranges::minmax(off_rad);
+  const auto [rightmost_m, leftmost_m] = std::ranges::minmax(aside_m);
+  const double swing_rad = std::max(most_left_rad, -most_right_rad);
+  const double turned_rad = std::abs(bend.slope) * (told.times_s.back() - told.times_s.front());
   return (watched.same_way && swing_rad < kGentle_rad) ||
          turned_rad > kBend_rad + kPerSwing * swing_rad || leftmost_m - rightmost_m > kLanes_m;
+}
+
+// Root mean square of the headings that yaw rates tell, about a line: what may be the road's or the
+// own vehicle's.
+double told_swing_rad(const EgoSite& site, const TimeSpan& time) {
+  const ToldHeadings told(site, with_what_goes_on(time));
+  if (!site.turns_known() || told.count() < 3) return 0.0;
+  double squares = 0.0;
+  for (const double off_rad : told.off(least_deviations_line(told.times_s, told.headings_rad)))
+    squares += off_rad * off_rad;
+  return std::sqrt(squares / static_cast<double>(told.count()));
 }
 
 }  // namespace
 
 bool turns_told(const EgoSite& site, const RoadSite& road, const Watched& watched) {
-  const TimeSpan& time = watched.time;
   constexpr double kTimesNoise = 25.0;
   constexpr std::size_t kFewest = 12;
   // Of a random walk's integral over a time, about its line: the root mean square, over that of the
@@ -127,30 +164,22 @@ bool turns_told(const EgoSite& site, const RoadSite& road, const Watched& watche
   if (!site.turns_known() ||
       (road.kind == RoadKind::straight && bends_with_the_road(site, watched)))
     return false;
-  std::vector<double> times_s, way_m;
-  std::vector<EgoSample> used;
-  double speed_mps = 0.0, heading_rad = 0.0, left_m = 0.0;
-  for (const EgoSample& sample : site.trace) {
-    if (sample.time_s < time.from_s || sample.time_s > time.to_s) continue;
-    const double step_s = times_s.empty() ? 0.0 : sample.time_s - times_s.back();
-    heading_rad += step_s * sample.yaw_rate_rad_per_s;
-    left_m += step_s * sample.speed_mps * heading_rad;
-    speed_mps += sample.speed_mps;
-    times_s.push_back(sample.time_s);
-    used.push_back(sample);
-    way_m.push_back(left_m);
-  }
-  const std::size_t count = times_s.size();
-  if (count < kFewest) return true;
-  const double noise_rad_per_s = yaw_rate_noise_rad_per_s(used);
-  const double lasts_s = times_s.back() - times_s.front();
-  const double step_s = lasts_s / static_cast<double>(count - 1);
-  const double noise_m = kAboutLine * speed_mps / static_cast<double>(count) * noise_rad_per_s *
-                         std::sqrt(step_s * lasts_s) * lasts_s;
-  const RobustLine line = least_deviations_line(times_s, way_m);
+  const ToldHeadings told(site, watched.time);
+  if (told.count() < kFewest) return true;
+  const auto count = static_cast<double>(told.count());
+  double speed_mps = 0.0;
+  for (const EgoSample& sample : told.samples) speed_mps += sample.speed_mps / count;
+  const double noise_rad_per_s = yaw_rate_noise_rad_per_s(told.samples);
+  const double lasts_s = told.times_s.back() - told.times_s.front();
+  const double step_s = lasts_s / (count - 1.0);
+  const double noise_m =
+      kAboutLine * speed_mps * noise_rad_per_s * std::sqrt(step_s * lasts_s) * lasts_s;
+  const std::vector<double> way_m = told.ways_m(told.headings_rad);
+  const RobustLine line = least_deviations_line(told.times_s, way_m);
   double squares_m2 = 0.0;
-  for (std::size_t i = 0; i < count; ++i) squares_m2 += std::pow(way_m[i] - line.at(times_s[i]), 2);
-  return std::sqrt(squares_m2 / static_cast<double>(count)) >= kTimesNoise * noise_m;
+  for (std::size_t i = 0; i < told.count(); ++i)
+    squares_m2 += std::pow(way_m[i] - line.at(told.times_s[i]), 2);
+  return std::sqrt(squares_m2 / count) >= kTimesNoise * noise_m;
 }
 
 EgoMotion::EgoMotion(const EgoSite& site, const RoadSite& road, std::optional<Watched> watched)
@@ -171,9 +200,10 @@ EgoMotion::EgoMotion(const EgoSite& site, const RoadSite& road, std::optional<Wa
   untold_mps_ = std::sqrt(sum / kPoints);
   if (turns_known_) {
     rate_errors_.emplace(site_, watched->time);
-    return;
+    if (!watched->same_way) return;
   }
   swings_.emplace(watched->time, kToAndFro_s / kPi);
+  swing_rad_ = std::max(kLaneKeeping_rad, told_swing_rad(site, watched->time));
   same_way_ = watched->same_way;
 }
 
@@ -311,6 +341,10 @@ EgoDeviation EgoMotion::deviation(double reference_s, double time_s) const {
       const double usual_mps = since_s != 0.0 ? pose.way_m / since_s : 0.0;
       for (int k = 0; k < YawRateErrors::kCount; ++k)
         deviation.by_swing[static_cast<std::size_t>(k) + 1] = {usual_mps * way_s[k], turned[k]};
+      // Beside how one ahead sways the walk is nothing.
+      for (std::size_t k = kSways; same_way_ && k < kOwnSwings; ++k)
+        deviation.by_swing[k] = {
+            0.0, swings_->heading_at(time_s)[static_cast<Eigen::Index>(k - kSways)]};
     }
   }
   const double speed = speed_mps(time_s), rate_then = turn_rate_at(reference_s);
@@ -334,7 +368,6 @@ std::array<EgoDeviation::Swing, kOwnSwings> EgoMotion::swings_by(double referenc
 
 OwnWay EgoMotion::lane_keeping(double reference_s, double range_m) const {
   constexpr double kCreeping_mps = 5.0;  // slower, one does not turn as much
-  constexpr double kLanePlace_m = 0.25, kNearest_m = 1.0;
   constexpr double kTold_rad =
       8e-6;  // less moves no lamp by more than a hundredth of a pixel or two
   OwnWay own;
@@ -344,7 +377,7 @@ OwnWay EgoMotion::lane_keeping(double reference_s, double range_m) const {
   own.aside_std_m = kLanePlace_m * share;
   const double swaying_rad =
       same_way_ ? std::sqrt(2.0) * kLanePlace_m / std::max(range_m, kNearest_m) : 0.0;
-  const double swing_rad = share * std::hypot(kLaneKeeping_rad, swaying_rad);
+  const double swing_rad = share * std::hypot(swing_rad_, swaying_rad);
   for (int k = 0; k < kOwnSwings; ++k) {
     const double std_rad = swing_rad * std::sqrt(swings_->variances()[k]);
     if (std_rad > kTold_rad) own.swings[static_cast<std::size_t>(k)].std = std_rad;
@@ -352,10 +385,13 @@ OwnWay EgoMotion::lane_keeping(double reference_s, double range_m) const {
   return own;
 }
 
-std::array<Uncertain, kOwnSwings> EgoMotion::errors_of_rates() const {
+std::array<Uncertain, kOwnSwings> EgoMotion::errors_of_rates(double range_m) const {
   static_assert(kOwnSwings == 1 + YawRateErrors::kCount);
   std::array<Uncertain, kOwnSwings> errors{kTurns};
   if (rate_errors_) std::ranges::copy(rate_errors_->errors(), errors.begin() + 1);
+  for (std::size_t k = kSways; same_way_ && k < kOwnSwings; ++k)
+    errors[k] = {0.0, kLanePlace_m / std::max(range_m, kNearest_m) *
+                          std::sqrt(swings_->variances()[static_cast<Eigen::Index>(k - kSways)])};
   return errors;
 }
 
@@ -364,7 +400,7 @@ OwnWay EgoMotion::own_way(double reference_s, double range_m) const {
   constexpr double kUnsure = 0.2;  // of the largest swing off the road
   constexpr double kMostOff_rad = 0.15;
   if (!turns_known_) return lane_keeping(reference_s, range_m);
-  const OwnWay untold{{0.0, kLaneKeeping_rad}, kDelay_s, errors_of_rates(), 0.0};
+  const OwnWay untold{{0.0, kLaneKeeping_rad}, kDelay_s, errors_of_rates(range_m), 0.0};
   if (!covers(reference_s, reference_s)) return untold;
   const double from_s = std::max(reference_s - kReach_s, site_.trace.front().time_s);
   const double to_s = std::min(reference_s + kReach_s, site_.trace.back().time_s);
@@ -409,7 +445,7 @@ OwnWay EgoMotion::own_way(double reference_s, double range_m) const {
                                                           (1.0 + seen_s / kToAndFro_s));
   return {{at_reference_rad - road.at_zero, std::hypot(kUnsure * swing_rad, keeping_rad)},
           kDelay_s,
-          errors_of_rates(),
+          errors_of_rates(range_m),
           0.5 * (leftmost_m - rightmost_m)};
 }
 

@@ -55,8 +55,8 @@ struct OwnWay {
   Uncertain heading_rad;
   Uncertain delay_s;  ///< to be added to the trace's stamps
   /// Where yaw rates are told the first is their relative error, and the others, while another
-  /// vehicle is watched, are YawRateErrors; else those of the heading, rad, by HeadingSwings'
-  /// curves, each of which has a mean square of 1.
+  /// vehicle is watched, are YawRateErrors, or of one ahead their bias and how it sways; else those
+  /// of the heading, rad, by HeadingSwings' curves, each of which has a mean square of 1.
   std::array<Uncertain, kOwnSwings> swings{};
   double aside_std_m =
       0.0;  ///< off the road's line y = 0: half of how far it goes to and fro, as far as told
@@ -141,7 +141,7 @@ class EgoMotion {
   double springs_mps2(double time_s) const;
   double springs_sigma_mps2() const;
   OwnWay lane_keeping(double reference_s, double range_m) const;
-  std::array<Uncertain, kOwnSwings> errors_of_rates() const;
+  std::array<Uncertain, kOwnSwings> errors_of_rates(double range_m) const;
   std::array<EgoDeviation::Swing, kOwnSwings> swings_by(double reference_s, double time_s) const;
   /// `turn_rate_rad_per_s(time_s, way_m)`, anticlockwise.
   template <class TurnRate>
@@ -152,8 +152,10 @@ class EgoMotion {
   double untold_mps_ = 0.0, springs_sigma_mps2_ = 0.0;
   bool moving_ = false;
   bool turns_known_ = false;
-  double curvature_per_m_ = 0.0;              ///< of the road; zero where the turns are not known
-  std::optional<HeadingSwings> swings_;       ///< where one watches and no yaw rates tell the turns
+  double curvature_per_m_ = 0.0;  ///< of the road; zero where the turns are not known
+  /// Where one watches, and no yaw rates tell the turns or the other drives ahead.
+  std::optional<HeadingSwings> swings_;
+  double swing_rad_ = 0.0;                    ///< of the same, root mean square
   std::optional<YawRateErrors> rate_errors_;  ///< where one watches, and they do
   bool same_way_ = false;                     ///< see Watched
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <span>
 
 #include <Eigen/QR>
 
@@ -301,6 +302,52 @@ TEST(TurnsTold, OnAStraightRoadOnlyAsAChangeOfLanesTurns) {
   EXPECT_FALSE(told([](double) { return kSpeed_mps / 2000.0; }));
   EXPECT_FALSE(told([](double t_s) { return (t_s < 5.0 ? 1.0 : -1.0) * kSpeed_mps / 400.0; }));
   EXPECT_FALSE(told([](double t_s) { return 0.008 * std::sin(kPi * t_s / 2.0); }));
+}
+
+double root_sum_square(std::span<const Uncertain> swings) {
+  double sum = 0.0;
+  for (const Uncertain& one : swings) sum += one.std * one.std;
+  return std::sqrt(sum);
+}
+
+// In a bend of 1 km that is told to be straight, at 25 m/s: what a change of lanes turns beside the
+// bend, 3 degrees for seconds, is more than one does who keeps to the lane.
+TEST(EgoMotion, SwingsAsFarAsYawRatesTellThatItMay) {
+  constexpr double kSpeed_mps = 25.0, kLaneKeeping_rad = 0.008;
+  const auto swing_rad = [](double aside_m) {
+    EgoSite ego{{kSpeed_mps, 0.1}, {}, {}};
+    for (double t_s = 0.0; t_s < 10.0; t_s += 0.1) {
+      const double turn = 2.0 * kPi / 4.0;
+      const double change = t_s < 3.0 || t_s > 7.0
+                                ? 0.0
+                                : aside_m / kSpeed_mps * turn / 4.0 * std::sin(turn * (t_s - 3.0));
+      ego.trace.push_back({t_s, kSpeed_mps, kSpeed_mps / 1000.0 + change});
+    }
+    const EgoMotion motion(ego, RoadSite{}, Watched{{2.0, 7.0}});
+    EXPECT_FALSE(motion.knows_turns());
+    return root_sum_square(motion.own_way(5.0, 30.0).swings);
+  };
+  EXPECT_NEAR(swing_rad(0.0), kLaneKeeping_rad, 0.05 * kLaneKeeping_rad);
+  EXPECT_GT(swing_rad(3.5), 0.02);
+}
+
+// Where yaw rates tell the own turns the sway of one ahead is left, by a decimetre or two, which
+// moves its bearing and tells no length.
+TEST(EgoMotion, OneAheadSwaysBesideToldTurnsToo) {
+  EgoSite ego{{25.0, 0.1}, {}, {}};
+  for (double t_s = 0.0; t_s < 10.0; t_s += 0.1)
+    ego.trace.push_back({t_s, 25.0, 0.05 * std::sin(kPi * t_s / 2.0)});
+  for (const bool same_way : {false, true}) {
+    const EgoMotion motion(ego, RoadSite{}, Watched{{2.0, 7.0}, same_way});
+    ASSERT_TRUE(motion.knows_turns());
+    const OwnWay way = motion.own_way(5.0, 20.0);
+    const std::span<const Uncertain> last(way.swings.end() - 3, way.swings.end());
+    EXPECT_EQ(root_sum_square(last) > 0.005, same_way);
+    EXPECT_LT(root_sum_square(last), 0.25 / 20.0);
+    const EgoDeviation off = motion.deviation(5.0, 6.0);
+    for (std::size_t k = kOwnSwings - 3; k < kOwnSwings; ++k)
+      EXPECT_EQ(off.by_swing[k].left_m == 0.0, same_way) << k;
+  }
 }
 
 }  // namespace
