@@ -10,6 +10,7 @@
 #include "core/by_frame.h"
 #include "core/median.h"
 #include "estimate/drawn.h"
+#include "estimate/goes_on.h"
 #include "estimate/line_fit.h"
 #include "estimate/mixture.h"
 
@@ -448,7 +449,8 @@ void MeasuredVehicles::add(VehicleEstimate estimate) {
         estimate.result.t_last_s < earlier.result.t_first_s - kLongestGap_s)
       continue;
     if (withhold_part(earlier, estimate) || withhold_part(estimate, earlier)) continue;
-    const bool one = one_vehicle(earlier, estimate);
+    const bool one = one_vehicle(earlier, estimate) || goes_on_as(earlier, estimate) ||
+                     goes_on_as(estimate, earlier);
     if (!one && !one_draws_the_other(earlier, estimate)) {
       withhold_side_light(earlier, estimate);
       withhold_side_light(estimate, earlier);

@@ -26,6 +26,20 @@ void estimate_pass_of_76_frames(benchmark::State& state) {
 }
 BENCHMARK(estimate_pass_of_76_frames)->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
 
+// The same on a bend, where the vehicle's weave is unknown, too.
+void estimate_pass_on_a_bend(benchmark::State& state) {
+  Site site = simulated::mast_site(4.0);
+  site.road.kind = RoadKind::curved;
+  site.road.radius_m = Uncertain{60.0, 0.0};
+  site.road.straight_m.mean = 5.0;
+  site.camera->yaw_rad.mean = 0.25;
+  const simulated::Vehicle vehicle{.speed_mps = 15.0, .along_m = 50.0, .weave = {.left_m = 0.08}};
+  Random random(1);
+  const VehicleTrack track = simulated::track_of(vehicle, site, {}, random);
+  for (auto _ : state) benchmark::DoNotOptimize(estimate_vehicle(track, site, {}));
+}
+BENCHMARK(estimate_pass_on_a_bend)->Unit(benchmark::kMillisecond);
+
 // One more frame of a vehicle that is being followed live.
 void recursive_update(benchmark::State& state) {
   const Site site = simulated::mast_site(4.0);
