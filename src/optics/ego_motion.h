@@ -73,13 +73,14 @@ struct Watched {
 /// Whether a trace's yaw rates tell how the own vehicle goes from side to side while another is
 /// watched: by 25 times what their own noise would make of its way, and more. Else they are no
 /// better than none, for a way of centimetres that passes for known is a base line for other
-/// vehicles' distance. Nor where the road is told to be straight and the turns are gentle, go on to
-/// one side, or lead farther aside than a change of lanes: they may be the road's own.
+/// vehicles' distance. Nor where the road is told to be straight and the turns go on to one side,
+/// lead farther aside than a change of lanes, or are gentle beside a vehicle ahead: they may be the
+/// road's own.
 bool turns_told(const EgoSite& site, const RoadSite& road, const Watched& watched);
 
-/// Curves whose sum with independent weights is a heading that goes to and fro, alike at times
-/// apart by dt as exp(-(dt / l)^2 / 2): the first of that process's Karhunen-Loeve expansion over
-/// the time in which it is watched, largest first.
+/// Curves whose sum with independent weights is a heading (or a place in the lane) that goes to and
+/// fro, alike at times apart by dt as exp(-(dt / l)^2 / 2): the first of that process's
+/// Karhunen-Loeve expansion over the time in which it is watched, largest first.
 class HeadingSwings {
  public:
   using Values = Eigen::Array<double, kOwnSwings, 1>;
