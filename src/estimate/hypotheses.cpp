@@ -74,7 +74,7 @@ std::vector<Trajectory> by_pitch(const Trajectory& whole) {
   };
   constexpr std::array<Part, 5> kParts{
       {{-1.6, 0.0545}, {-0.8, 0.244}, {0.0, 0.403}, {0.8, 0.244}, {1.6, 0.0545}}};
-  constexpr double kPartStd = 0.64, kCurved = 0.15;
+  constexpr double kPartStd = 0.64, kCurved = 0.05;
   const Uncertain pitch_rad = whole.problem.priors.turn_rad[1];
   const double left_rad = std::sqrt(whole.fit.covariance(kPitch, kPitch));
   if (whole.problem.pairs || left_rad <= kCurved * std::abs(whole.fit.parameters[kDrop]))
