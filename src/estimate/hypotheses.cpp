@@ -88,7 +88,7 @@ std::vector<Trajectory> by_pitch(const Trajectory& whole) {
     const auto outcome = refit(std::move(one));
     if (const auto* fitted = std::get_if<Trajectory>(&outcome)) found.push_back(*fitted);
   }
-  return found;
+  return found.empty() ? std::vector{whole} : found;
 }
 
 bool off_road(const RoadSite& road, Uncertain lateral_m, double ego_aside_std_m) {

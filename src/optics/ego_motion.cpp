@@ -341,7 +341,7 @@ EgoDeviation EgoMotion::deviation(double reference_s, double time_s) const {
       const double usual_mps = since_s != 0.0 ? pose.way_m / since_s : 0.0;
       for (int k = 0; k < YawRateErrors::kCount; ++k)
         deviation.by_swing[static_cast<std::size_t>(k) + 1] = {usual_mps * way_s[k], turned[k]};
-      // Beside how one ahead sways the walk is nothing.
+      // The last of the walk's curves are nothing beside how one ahead sways.
       for (std::size_t k = kSways; same_way_ && k < kOwnSwings; ++k)
         deviation.by_swing[k] = {
             0.0, swings_->heading_at(time_s)[static_cast<Eigen::Index>(k - kSways)]};
