@@ -67,7 +67,8 @@ Outcome<Trajectory> refit(Trajectory trajectory) {
 }
 
 // The range of a lone lamp goes with one over what the pitch leaves of its elevation: where that is
-// far from a line over what is known of the pitch, by parts of it, whose sum is its density to 4 %.
+// far from a line over what is known of the pitch, by parts of it. Their sum is its density to 4 %
+// up to 2.5 sigmas.
 std::vector<Trajectory> by_pitch(const Trajectory& whole) {
   struct Part {
     double mean, share;  // mean in standard deviations of the whole
