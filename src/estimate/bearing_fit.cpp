@@ -84,21 +84,12 @@ void drive_straight(GeometryProblem& problem, const EgoMotion& ego) {
 // astray: it takes the way across for one along the road.
 Outcome<GeometryFit> fit_crossing(GeometryProblem problem, const EgoMotion& ego, int frames,
                                   const PathVector& start, std::vector<AccelerationStep>& steps) {
-  constexpr int kMostRounds = 24;
-  constexpr double kSettled = 0.1;  // of the cost
   drive_straight(problem, ego);
   problem.setting.steps.clear();
-  GeometryFit fit;
-  fit.parameters = start;
-  double cost = INFINITY;
-  for (int round = 0; round < kMostRounds; ++round) {
-    const auto now = geometry_cost(problem, fit.parameters);
-    if (!now || *now > cost - kSettled) break;
-    cost = *now;
-    if (!find_motion_change(problem, fit, frames, Along::across)) break;
-  }
+  PathVector path = start;
+  fit_steps(problem, path, frames, Along::across);
   steps = problem.setting.steps;
-  return fit_geometry(problem, fit.parameters);
+  return fit_geometry(problem, path);
 }
 
 // Best of the fits from all starts, tried in the order of their costs; the first that explains the
@@ -130,7 +121,7 @@ Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView&
   let_springs_work(problem);
   problem.setting.ego_unsure =
       std::ranges::any_of(problem.ego_unknowns, [](const Uncertain& one) { return one.std > 0.0; });
-  if (!ego.moving()) let_weave(problem);
+  if (!ego.moving() && wanders == Along::road) let_weave(problem);
   std::vector<std::pair<double, PathVector>> starts;
   for (const RoughPath& path : paths)
     for (const Look look : {Look::as_told, Look::by_path}) {
@@ -200,6 +191,18 @@ bool BearingFit::explains() const {
   return (check.scatter_px.array() <= most_scatter_px.array()).all() &&
          check.outlier_share <= kMostOutliers && from_camera_m.norm() > kNearest_m &&
          std::abs(state.acceleration_mps2) <= kHardestBraking_mps2;
+}
+
+bool BearingFit::leaves_lane() const {
+  constexpr double kMostWeave = 16.0;  // chi-square of six curves: one in seventy by chance
+  const GeometryProblem& problem = trajectory.problem;
+  if (!problem.setting.weaves) return false;
+  double chi2 = 0.0;
+  for (int i = kOwnSwing; i < kPathParameters; ++i) {
+    const Uncertain& prior = problem.ego_unknowns[static_cast<std::size_t>(i - kHeading)];
+    if (prior.std > 0.0) chi2 += std::pow(trajectory.fit.parameters[i] / prior.std, 2);
+  }
+  return chi2 > kMostWeave;
 }
 
 bool BearingFit::steady() const {
@@ -324,7 +327,8 @@ Outcome<BearingFit> fit_lane_change(const VehicleTrack& track, const Camera& cam
     if (std::abs(scale_m * setting.departed_rate(tau_s, Along::across)) > kMost_mps)
       return Miss::bad_fit;
   }
-  if (left_m - right_m < kLeast_m || left_m - right_m > kMost_m) return Miss::bad_fit;
+  if ((setting.bend == 0.0 && left_m - right_m < kLeast_m) || left_m - right_m > kMost_m)
+    return Miss::bad_fit;
   return outcome;
 }
 

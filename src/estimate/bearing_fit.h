@@ -22,6 +22,8 @@ struct BearingFit {
   bool explains() const;
   /// The same, and nothing slow is left that another motion would explain better.
   bool steady() const;
+  /// Whether beside a bend it weaves by more than one who keeps to a lane.
+  bool leaves_lane() const;
 };
 
 /// Misses: too_few_samples, too_short, no_scale, unobservable, not_converged, not_on_road.

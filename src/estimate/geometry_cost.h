@@ -33,10 +33,11 @@ struct LampResidual {
     return true;
   }
 
-  /// Slopes by the lamp's place along the road, per metre.
-  Eigen::Vector2d by_x(const double* p) const {
+  /// Slopes by the lamp's place, per metre this way over the road.
+  Eigen::Vector2d by_place(const double* p, double heading_rad) const {
     const LampObservation& seen = problem->lamps[index];
-    const Eigen::Vector3d along = camera_axes(p, problem->setting, {1.0, 0.0, 0.0});
+    const Eigen::Vector3d along = camera_axes<double>(
+        p, problem->setting, {std::cos(heading_rad), std::sin(heading_rad), 0.0});
     const Eigen::Vector3d ray =
         camera_axes(p, problem->setting,
                     lamp_from_camera_m(p, problem->setting, seen.time_s - problem->reference_s,

@@ -4,6 +4,7 @@
 
 #include <ceres/jet.h>
 
+#include "core/quantity.h"
 #include "estimate/geometry_cost.h"
 
 namespace vildar {
@@ -50,6 +51,7 @@ std::optional<Residuals> residuals_by(const GeometryProblem& problem, const Path
     path[static_cast<std::size_t>(free[static_cast<std::size_t>(k)])].v[k] = 1.0;
   const auto rate = std::ranges::find(free, int{kClosingRate}) - free.begin();
   const auto lateral = std::ranges::find(free, int{kLateral}) - free.begin();
+  const double scale_m = std::exp(parameters[kLogScale]);
   double softened = 0.0;
   for (std::size_t i = 0; i < problem.lamps.size(); ++i) {
     const LampResidual lamp{&problem, i};
@@ -66,27 +68,56 @@ std::optional<Residuals> residuals_by(const GeometryProblem& problem, const Path
     found.values.segment<2>(first) = weight * value;
     if (slopes == Slopes::none) continue;
     const double tau_s = problem.lamps[i].time_s - problem.reference_s;
-    Eigen::Vector2d by_turn = Eigen::Vector2d::Zero();  // of the line through the lamps
-    if (problem.setting.crosses() && problem.lamps[i].side != 0.0)
-      by_turn = weight * problem.lamps[i].side *
-                std::exp(2.0 * parameters[kLogScale] + parameters[kLogSeparation]) /
-                (std::exp(parameters[kLogScale]) *
-                     (parameters[kClosingRate] + tau_s * parameters[kAcceleration]) -
-                 problem.setting.own_mps) *
-                lamp.by_x(parameters.data());
+    const bool crosses = steps > 0 && problem.setting.crosses();
+    const bool on_bend = crosses && problem.setting.bend != 0.0;
+    double turned_rad = 0.0, lane_share = 1.0;  // length of its lane over the first one's
+    if (on_bend) {
+      turned_rad = vehicle_point(parameters.data(), problem.setting, tau_s).heading_rad;
+      lane_share -=
+          problem.setting.bend * problem.setting.departed(tau_s, Along::across) /
+          (std::exp(parameters[kLogRadius]) -
+           problem.setting.bend * (problem.setting.camera_m.y() / scale_m + parameters[kLateral]));
+    }
+    Eigen::Matrix2d by_place = Eigen::Matrix2d::Zero();  // along its lane, and to the left
+    if (crosses)
+      by_place << lamp.by_place(parameters.data(), turned_rad),
+          lamp.by_place(parameters.data(), turned_rad + 0.5 * kPi);
+    // Of the line through the lamps: by the rate across, and by the one along, which turns it less.
+    Eigen::Vector2d by_turn = Eigen::Vector2d::Zero(), by_rate = Eigen::Vector2d::Zero();
+    if (crosses && problem.lamps[i].side != 0.0) {
+      const double closing = parameters[kClosingRate] + tau_s * parameters[kAcceleration] +
+                             problem.setting.departed_rate(tau_s);
+      const double scaled = scale_m / (scale_m * closing - problem.setting.own_mps);
+      const double left_per_ahead = scaled * problem.setting.departed_rate(tau_s, Along::across);
+      by_turn =
+          weight * problem.lamps[i].side * scaled * scale_m * std::exp(parameters[kLogSeparation]) *
+          lamp.by_place(parameters.data(), on_bend ? turned_rad - left_per_ahead : turned_rad);
+      by_rate = -left_per_ahead * by_turn;
+    }
     for (std::size_t axis = 0; axis < 2; ++axis) {
       auto column = found.slopes.col(first + static_cast<Index>(axis));
       column.head(n) = weight * error[axis].v.head(n);
       // A step moves the vehicle as a closing rate would that has gone as far by then. Across the
-      // road it turns the line through its lamps, too.
-      const double by_way = tau_s != 0.0 ? weight * error[axis].v[rate] / tau_s : 0.0;
-      const double by_lateral = weight * error[axis].v[lateral];
+      // road it turns the line through its lamps, too. On a bend rate and lateral offset do more.
+      const auto at = static_cast<Index>(axis);
+      const double by_way = on_bend        ? -weight * scale_m * lane_share * by_place(at, 0)
+                            : tau_s != 0.0 ? (weight * error[axis].v[rate] - by_rate[at]) / tau_s
+                                           : 0.0;
+      const double by_lateral =
+          weight * (on_bend ? scale_m * by_place(at, 1) : error[axis].v[lateral]);
       for (std::size_t k = 0; k < steps; ++k) {
         const AccelerationStep& step = problem.setting.steps[k];
-        column[n + static_cast<Index>(k)] =
-            step.along == Along::across ? by_lateral * step.way(tau_s) +
-                                              by_turn[static_cast<Index>(axis)] * step.rate(tau_s)
-                                        : by_way * step.way(tau_s);
+        double& slope = column[n + static_cast<Index>(k)];
+        if (step.along == Along::road) {
+          slope = by_way * step.way(tau_s) + by_rate[at] * step.rate(tau_s);
+          continue;
+        }
+        slope = by_lateral * step.way(tau_s) + by_turn[at] * step.rate(tau_s);
+        if (on_bend)
+          slope += by_way * gained_inside(parameters.data(), problem.setting, tau_s,
+                                          [&](double at_s, double speed, double acceleration) {
+                                            return step.swept(at_s, speed, acceleration);
+                                          });
       }
     }
   }

@@ -22,7 +22,14 @@ std::vector<AccelerationStep> even_steps(const GeometryProblem& problem, int fra
   const double length_s = problem.lamps.back().time_s - problem.lamps.front().time_s;
   for (int i = 1; i <= count; ++i)
     steps.push_back({from_s + length_s * i / (count + 1), 0.0, along});
-  if (along == Along::across) steps.push_back({.along = along, .drift = true});
+  if (along == Along::road) return steps;
+  // Of how it crosses at the reference time the steps say nothing: it may be amid a lane change.
+  // Along the road drivers who change lanes depart by less, and of that there is less to tell.
+  constexpr double kAmid = 4.0, kAlongRoad = 0.3;
+  for (const Departs departs : {Departs::by_speed, Departs::by_acceleration})
+    steps.push_back({.along = along, .departs = departs, .unit = kAmid});
+  for (int i = 1; i <= count / 2; ++i)
+    steps.push_back({.tau_s = from_s + length_s * i / (count / 2 + 1), .unit = kAlongRoad});
   return steps;
 }
 
@@ -62,6 +69,52 @@ double MotionChange::variance(const PathVector& by_path, const Eigen::VectorXd& 
   if (by_size.size() == 0) return 0.0;
   const Eigen::VectorXd whole = by_size + response.transpose() * by_path;
   return whole.dot(covariance * whole);
+}
+
+bool fit_steps(GeometryProblem& given, PathVector& fitted, int frames, Along along) {
+  constexpr double kWander_mps2 = 2.5;  // over the root of a second
+  constexpr double kTolerance = 0.01;   // sigmas
+  GeometryProblem problem = given;
+  std::vector<AccelerationStep>& steps = problem.setting.steps;
+  steps = even_steps(problem, frames, along);
+  if (steps.empty()) return false;
+  const std::vector<int> free = free_parameters(problem);
+  const auto n = static_cast<Eigen::Index>(free.size());
+  const auto count = static_cast<Eigen::Index>(steps.size());
+  const double size_std =
+      kWander_mps2 * std::sqrt(steps[1].tau_s - steps[0].tau_s) / std::exp(fitted[kLogScale]);
+  PathVector path = fitted;
+  const auto go_to = [&](const Eigen::VectorXd& unknowns) {
+    path(free) = unknowns.head(n);
+    for (Eigen::Index k = 0; k < count; ++k)
+      steps[static_cast<std::size_t>(k)].size = size_std * unknowns[n + k];
+  };
+  Eigen::VectorXd start = Eigen::VectorXd::Zero(n + count);
+  start.head(n) = path(free);
+  const auto outcome = descend(
+      [&](const Eigen::VectorXd& unknowns, bool with_slopes) -> std::optional<Residuals> {
+        go_to(unknowns);
+        auto found = geometry_residuals(problem, path, free,
+                                        with_slopes ? Slopes::of_path_and_steps : Slopes::none);
+        if (!found) return std::nullopt;
+        const Eigen::Index seen = found->values.size();
+        found->values.conservativeResize(seen + count);
+        found->values.tail(count) = unknowns.tail(count);
+        found->cost += 0.5 * unknowns.tail(count).squaredNorm();
+        if (!with_slopes) return found;
+        found->slopes.bottomRows(count) *= size_std;
+        found->slopes.conservativeResize(n + count, seen + count);
+        found->slopes.rightCols(count).setZero();
+        found->slopes.bottomRightCorner(count, count).setIdentity();
+        return found;
+      },
+      start, kTolerance);
+  const Minimum* minimum = std::get_if<Minimum>(&outcome);
+  if (!minimum) return false;
+  go_to(minimum->unknowns);
+  fitted = path;
+  given = std::move(problem);
+  return true;
 }
 
 std::optional<MotionChange> find_motion_change(GeometryProblem& given, GeometryFit& fit, int frames,

@@ -20,12 +20,17 @@ struct MotionChange {
   double variance(const PathVector& by_path, const Eigen::VectorXd& by_size) const;
 };
 
-/// Lets the acceleration of a fitted vehicle wander, along the road or across it (with the speed
-/// across at the reference time): puts steps into `problem`, moves `fit` along and says what both
-/// leave open. How far it wanders is weighed by the evidence of the bearings
-/// themselves, with the sigmas of `problem`. Steps that it has already are the start; its prior on
-/// the acceleration widens with them. Nothing, and both left as they were, where the frames are too
-/// few or no motion near `fit` explains them better.
+/// Fits path and steps together, far from where the path alone would go; the steps are taken to
+/// wander by 2.5 m/s^2 over the root of a second. False, and both left as they were, where the
+/// frames are too few or no minimum is reached.
+bool fit_steps(GeometryProblem& problem, PathVector& path, int frames, Along along);
+
+/// Lets the acceleration of a fitted vehicle wander, along the road, or across it (with speed and
+/// acceleration across at the reference time) and somewhat along: puts steps into `problem`, moves
+/// `fit` along and says what both leave open. How far it wanders is weighed by the evidence of the
+/// bearings themselves, with the sigmas of `problem`. Steps that it has already are the start; its
+/// prior on the acceleration widens with them. Nothing, and both left as they were, where the
+/// frames are too few or no motion near `fit` explains them better.
 std::optional<MotionChange> find_motion_change(GeometryProblem& problem, GeometryFit& fit,
                                                int frames, Along along = Along::road);
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 #include <vector>
@@ -41,26 +42,50 @@ using PathMatrix = Eigen::Matrix<double, kPathParameters, kPathParameters>;
 /// Which way an acceleration goes.
 enum class Along { road, across };
 
-/// Beyond this time, seen from the reference time, a vehicle's acceleration is another.
+/// What changes: the acceleration at a time, or all along it, or the speed all along.
+enum class Departs { from_a_time, by_acceleration, by_speed };
+
+/// A change of the motion. From a time on: beyond it, seen from the reference time, the
+/// acceleration is another.
 struct AccelerationStep {
   double tau_s = 0.0;  ///< after the reference time; before it the step is taken backwards
   double size = 0.0;   ///< of the acceleration toward the camera, or to the left, over X, 1/s^2
   Along along = Along::road;
-  bool drift = false;  ///< no step, but a speed that lasts: `size` is that over X and a second
+  Departs departs = Departs::from_a_time;  ///< by_speed: `size` is of the speed over X and a second
+  double unit = 1.0;                       ///< of `size`
 
   /// How far beyond the step; zero on this side of it.
   double beyond_s(double at_s) const {
+    if (departs != Departs::from_a_time) return at_s;
     const double beyond = at_s - tau_s;
     return (tau_s > 0.0) == (beyond > 0.0) ? beyond : 0.0;
   }
   /// Rate of the way per unit of size.
-  double rate(double at_s) const { return drift ? 1.0 : beyond_s(at_s); }
+  double rate(double at_s) const {
+    return unit * (departs == Departs::by_speed ? 1.0 : beyond_s(at_s));
+  }
   /// Way per unit of size.
   double way(double at_s) const {
     const double beyond = beyond_s(at_s);
-    return drift ? at_s : 0.5 * beyond * beyond;
+    return unit * (departs == Departs::by_speed ? at_s : 0.5 * beyond * beyond);
+  }
+  /// Integral of that over the path of one who drives at `speed` + `acceleration` t, per unit of
+  /// size.
+  template <class T>
+  T swept(double at_s, const T& speed, const T& acceleration) const {
+    if (departs == Departs::by_speed)
+      return unit * at_s * at_s * (0.5 * speed + at_s / 3.0 * acceleration);
+    const double beyond = beyond_s(at_s);
+    return unit * beyond * beyond * beyond *
+           ((speed + (at_s - beyond) * acceleration) / 6.0 + 0.125 * beyond * acceleration);
   }
 };
+
+inline double value_of(double value) { return value; }
+template <class Jet>
+double value_of(const Jet& value) {
+  return value.a;
+}
 
 /// What the site file knows of camera and road, and how the vehicle departs from constant
 /// acceleration in its lane.
@@ -90,7 +115,8 @@ struct PathSetting {
   double departed_acceleration(double tau_s) const {
     double sum = 0.0;
     for (const AccelerationStep& step : steps)
-      if (step.along == Along::road) sum += step.beyond_s(tau_s) == 0.0 ? 0.0 : step.size;
+      if (step.along == Along::road)
+        sum += step.beyond_s(tau_s) == 0.0 ? 0.0 : step.unit * step.size;
     return sum;
   }
   /// And to the way driven; exact to first order for a ceres::Jet.
@@ -105,7 +131,7 @@ struct PathSetting {
       return departed(tau_s.a, along) + departed_rate(tau_s.a, along) * (tau_s - tau_s.a);
     }
   }
-  /// Whether the vehicle leaves its line across the road; its steps are all of one way.
+  /// Whether the vehicle leaves its line across the road: the first of its steps then does.
   bool crosses() const { return !steps.empty() && steps.front().along == Along::across; }
 };
 PathSetting path_setting(const CameraSite& camera, const RoadSite& road);
@@ -127,6 +153,32 @@ T bend_begins_m(const T* p, const PathSetting& setting) {
   return setting.straight_unsure ? T(exp(p[kLogScale]) * p[kStraight]) : T(setting.straight_m);
 }
 
+/// One who crosses a bend comes farther while inside the line of the reference time, and less far
+/// outside of it, than along that line at the same speed: by how much since that time, over X,
+/// where `swept` gives the integral of the way across, over X, along a path of this speed (m/s) and
+/// acceleration (m/s^2) to a time.
+template <class T, class Swept>
+T gained_inside(const T* p, const PathSetting& setting, double tau_s, const Swept& swept) {
+  using std::exp;
+  const T scale_m = exp(p[kLogScale]);
+  const T speed_mps = scale_m * p[kClosingRate] - setting.own_mps;
+  const T acceleration_mps2 = scale_m * p[kAcceleration];
+  const double speed = value_of(speed_mps);
+  const double to_bend_m =
+      setting.camera_m.x() + value_of(scale_m) - value_of(bend_begins_m(p, setting));
+  const double square = speed * speed + 2.0 * value_of(acceleration_mps2) * to_bend_m;
+  const double bend_s =
+      2.0 * to_bend_m / (speed + std::copysign(std::sqrt(std::max(square, 0.0)), speed));
+  const auto on_bend_s = [&](double at_s) {
+    return speed > 0.0 ? std::min(at_s, bend_s) : std::max(at_s, bend_s);
+  };
+  const T lane_radius_m =
+      scale_m * exp(p[kLogRadius]) - setting.bend * (setting.camera_m.y() + scale_m * p[kLateral]);
+  return setting.bend / lane_radius_m *
+         (swept(on_bend_s(tau_s), speed_mps, acceleration_mps2) -
+          swept(on_bend_s(0.0), speed_mps, acceleration_mps2));
+}
+
 /// Ground point and heading of the vehicle `tau_s` after the reference time, in the road frame of
 /// that time. A moving camera takes this frame along the road's line y = 0 at its speed of the
 /// reference time, the closing speed being along the vehicle's lane; `ahead_m` is by how much more
@@ -134,18 +186,36 @@ T bend_begins_m(const T* p, const PathSetting& setting) {
 template <class T, class Time>
 PathPoint<T> vehicle_point(const T* p, const PathSetting& setting, const Time& tau_s,
                            const T& ahead_m = T(0.0)) {
+  using std::cos;
   using std::exp;
+  using std::sin;
   const T scale_m = exp(p[kLogScale]);
   T along_m = setting.camera_m.x() +
               scale_m * (1.0 - tau_s * (p[kClosingRate] + 0.5 * tau_s * p[kAcceleration]) -
                          setting.departed(tau_s));
   if (ahead_m != T(0.0)) along_m -= lane_way_share(p, setting) * ahead_m;
-  const T lateral_m =
-      setting.camera_m.y() + scale_m * (p[kLateral] + setting.departed(tau_s, Along::across));
+  const T lateral_m = setting.camera_m.y() + scale_m * p[kLateral];
   const T radius_m = setting.bend == 0.0 ? T(0.0) : scale_m * exp(p[kLogRadius]);
-  if (setting.straight_unsure)
-    return path_point(along_m, lateral_m, setting.bend, bend_begins_m(p, setting), radius_m);
-  return path_point(along_m, lateral_m, setting.bend, setting.straight_m, radius_m);
+  const bool crosses = setting.crosses();
+  if (crosses && setting.bend != 0.0)
+    along_m -= scale_m * gained_inside(p, setting, value_of(tau_s),
+                                       [&](double at_s, const T& speed, const T& acceleration) {
+                                         T sum(0.0);
+                                         for (const AccelerationStep& step : setting.steps)
+                                           if (step.along == Along::across)
+                                             sum +=
+                                                 step.size * step.swept(at_s, speed, acceleration);
+                                         return sum;
+                                       });
+  PathPoint<T> place =
+      setting.straight_unsure
+          ? path_point(along_m, lateral_m, setting.bend, bend_begins_m(p, setting), radius_m)
+          : path_point(along_m, lateral_m, setting.bend, setting.straight_m, radius_m);
+  if (!crosses) return place;
+  const T aside_m = scale_m * setting.departed(tau_s, Along::across);
+  if (setting.bend != 0.0) place.x_m -= aside_m * sin(place.heading_rad);
+  place.y_m += setting.bend != 0.0 ? aside_m * cos(place.heading_rad) : aside_m;
+  return place;
 }
 
 /// How far a vehicle that crosses goes to the left for each metre that it drives toward where the
@@ -196,8 +266,10 @@ Eigen::Matrix<T, 3, 1> lamp_from_camera_m(const T* p, const PathSetting& setting
     for (int k = 0; setting.weaves && k < kOwnSwings; ++k)
       offset_m += p[kOwnSwing + k] * ego.by_swing[static_cast<std::size_t>(k)].left_m;
     if (setting.bend != 0.0) {
-      x_m -= offset_m * sin(place.heading_rad);
-      y_m += offset_m * cos(place.heading_rad);
+      T heading_rad = place.heading_rad;
+      if (setting.crosses()) heading_rad -= left_per_ahead(p, setting, tau_s);
+      x_m -= offset_m * sin(heading_rad);
+      y_m += offset_m * cos(heading_rad);
     } else {
       y_m += offset_m;
       if (setting.crosses()) x_m += offset_m * left_per_ahead(p, setting, tau_s);

@@ -68,7 +68,7 @@ MotionState state_of(const Trajectory& one, double time_s) {
   state.over_ground_mps = over_ground.a;
   state.speed_std_mps = std::hypot(
       one.std_of(slopes_of(over_ground),
-                 scale_m.a * by_steps(one, [&](const auto& step) { return step.beyond_s(tau_s); })),
+                 scale_m.a * by_steps(one, [&](const auto& step) { return step.rate(tau_s); })),
       one.ego.speed_std_mps(), turns_wider_mps(one, over_ground.a));
   state.scaled_mps = over_ground.a + lane_share.a * one.ego.speed_mps(problem.reference_s);
   state.closing_mps = over_ground.a + lane_share.a * one.ego.speed_mps(time_s);
@@ -164,7 +164,7 @@ double best_time_s(const Trajectory& trajectory, double from_s, double to_s) {
     const double variance =
         rate.dot(covariance * rate) +
         trajectory.change.variance(
-            rate, by_steps(trajectory, [&](const auto& step) { return step.beyond_s(tau_s); }));
+            rate, by_steps(trajectory, [&](const auto& step) { return step.rate(tau_s); }));
     if (variance < least) {
       least = variance;
       best_s = time_s;

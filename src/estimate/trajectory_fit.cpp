@@ -166,11 +166,13 @@ std::vector<SteadyPart> steady_parts(const VehicleTrack& track, const Camera& ca
 constexpr double kDoubtful = 2.0;  // growth of the sigmas by what a fit leaves
 
 // A pair that changes lanes, where that explains more than a fit in one lane, which leaves its
-// sigmas to grow by so much. Of one ahead of a camera that drives, of whose way not all is known,
-// it need not explain all, but must leave far less.
+// sigmas to grow by so much, and lengths and pose are likely ones: what may go anywhere can pass
+// for a toy. Of one ahead of a camera that drives, of whose way not all is known, it need not
+// explain all, but must leave far less.
 std::optional<BearingFit> changes_lanes(const VehicleTrack& track, const Camera& camera,
                                         const Site& site, double in_lane_factor) {
   constexpr double kFarLess = 0.5;
+  constexpr double kMostStrained = 25.0;  // chi-square of up to ten
   if (track.single_lamp) return std::nullopt;
   auto outcome = fit_lane_change(track, camera, site);
   BearingFit* fit = std::get_if<BearingFit>(&outcome);
@@ -179,7 +181,8 @@ std::optional<BearingFit> changes_lanes(const VehicleTrack& track, const Camera&
   const bool ahead = site.ego && track.direction == Direction::receding;
   const bool better = ahead && factor > kDoubtful
                           ? fit->explains() && factor < kFarLess * in_lane_factor
-                          : fit->steady() && factor < in_lane_factor;
+                          : fit->steady() && factor < in_lane_factor &&
+                                fit->trajectory.fit.prior_chi2 < kMostStrained;
   return better ? std::optional(std::move(*fit)) : std::nullopt;
 }
 
@@ -320,8 +323,10 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
   const auto in_another_lane = [&](double in_lane_factor) {
     auto changing = changes_lanes(track, camera, site, in_lane_factor);
     if (!changing) return false;
+    warnings.push_back(changing->trajectory.problem.setting.bend != 0.0
+                           ? "it leaves the line of its lane in view"
+                           : "it changes lanes in view");
     outcome = std::move(*changing);
-    warnings.push_back("it changes lanes in view");
     return true;
   };
   if (const Miss* miss = std::get_if<Miss>(&outcome);
@@ -330,7 +335,9 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
   BearingFit& first = std::get<BearingFit>(outcome);
   const double factor = first.check.sigma_factor.maxCoeff();
   const bool doubtful = !first.steady() || factor > kDoubtful;
-  const bool crosses = ahead && doubtful && in_another_lane(factor);
+  // One that wanders on a bend looks steady and slower or faster than it is.
+  const bool crosses = (first.leaves_lane() && in_another_lane(INFINITY)) ||
+                       (ahead && doubtful && in_another_lane(factor));
   if (!crosses && !first.steady()) {
     auto parts = steady_parts(track, camera, site);
     BearingFit* best = best_of(parts);

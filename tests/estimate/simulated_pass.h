@@ -58,7 +58,7 @@ struct Vehicle {
   double height_m = 0.68;
   double separation_m = 1.25;
   std::vector<AccelerationChange> changes{};
-  LaneChange lane_change{};  ///< on a straight road
+  LaneChange lane_change{};  ///< on a bend at the same speed; in view on the bend alone, from t = 0
   Weave weave{};             ///< on a curved one; too slow to turn the vehicle
 
   double along_at_m(double t_s) const {
@@ -78,6 +78,21 @@ struct Lamps {
   Eigen::Vector3d left_m, right_m, middle_m;
 };
 
+/// Angle of the arc at which a vehicle stands that crosses concentric lanes: each metre of its way
+/// is a metre of its path.
+inline double beta_at_rad(const Vehicle& vehicle, double radius_m, double sign, double t_s) {
+  constexpr int kPieces = 400;
+  const double piece_s = t_s / kPieces;
+  double beta_rad = vehicle.along_m / radius_m;
+  for (int i = 0; i < kPieces; ++i) {
+    const double at_s = (i + 0.5) * piece_s;
+    const double left_mps = vehicle.lane_change.left_mps(at_s), v_mps = vehicle.speed_at_mps(at_s);
+    beta_rad -= piece_s * std::sqrt(v_mps * v_mps - left_mps * left_mps) /
+                (radius_m - sign * vehicle.lane_change.left_m(at_s));
+  }
+  return beta_rad;
+}
+
 /// The lamps in the road frame. On a curve: straight to `straight_m`, then an arc concentric with
 /// the road's; written out from the circle's centre, apart from the code under test.
 inline Lamps lamps_at(const Vehicle& vehicle, const RoadSite& road, double t_s) {
@@ -89,10 +104,15 @@ inline Lamps lamps_at(const Vehicle& vehicle, const RoadSite& road, double t_s) 
     const double sign = road.turn == Turn::left ? 1.0 : -1.0;
     const Eigen::Vector2d centre(road.straight_m.mean, sign * road.radius_m->mean);
     const double radius_m = std::abs(centre.y() - vehicle.lateral_m);
-    const double beta_rad = (s_m - road.straight_m.mean) / radius_m;
+    const bool crosses = vehicle.lane_change.lasts_s > 0.0;
+    const double beta_rad = crosses ? beta_at_rad(vehicle, radius_m, sign, t_s)
+                                    : (s_m - road.straight_m.mean) / radius_m;
     const Eigen::Vector2d outward(std::sin(beta_rad), -sign * std::cos(beta_rad));
-    middle = centre + (radius_m - sign * vehicle.weave.left_at_m(t_s)) * outward;
-    left = -sign * outward;
+    const double aside_m = vehicle.weave.left_at_m(t_s) + vehicle.lane_change.left_m(t_s);
+    const double turns = vehicle.lane_change.left_mps(t_s) / vehicle.speed_at_mps(t_s);
+    const Eigen::Vector2d away(std::cos(beta_rad), sign * std::sin(beta_rad));
+    middle = centre + (radius_m - sign * aside_m) * outward;
+    left = (turns * away - sign * outward).normalized();
   }
   const auto lift = [&](const Eigen::Vector2d& p) {
     return Eigen::Vector3d(p.x(), p.y(), vehicle.height_m);
