@@ -109,6 +109,24 @@ bool turns_against_the_road(const Site& site, const VehicleTrack& track) {
          std::abs(end.heading_rad) < kMostShare * std::abs(road_rad);
 }
 
+// One ahead of a vehicle that turns off as no road does but a crossing may turn there, too, before.
+bool at_a_corner(const Site& site, const VehicleTrack& track) {
+  constexpr double kAround_s = 3.0, kSharpest_m = 25.0, kSlow_mps = 2.0, kTurn_rad = 0.35;
+  if (track.sightings.empty() || !site.ego || track.direction != Direction::receding) return false;
+  const double from_s = seconds_of(track.sightings.front().time) - kAround_s;
+  const double to_s = seconds_of(track.sightings.back().time) + kAround_s;
+  double turned_rad = 0.0;
+  const std::vector<EgoSample>& trace = site.ego->trace;
+  for (std::size_t i = 1; i < trace.size(); ++i) {
+    const EgoSample& now = trace[i];
+    const bool sharply = std::abs(now.yaw_rate_rad_per_s) * kSharpest_m >
+                         std::max(std::abs(now.speed_mps), kSlow_mps);
+    if (now.time_s > from_s && now.time_s < to_s && sharply)
+      turned_rad += now.yaw_rate_rad_per_s * (now.time_s - trace[i - 1].time_s);
+  }
+  return std::abs(turned_rad) > kTurn_rad;
+}
+
 // Lone lights before a pair may be another vehicle's, or glints: what both lamps were seen in
 // counts.
 double share_of_pairs(const VehicleTrack& part, const VehicleTrack& track) {
@@ -316,6 +334,12 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
         "the ego trace's yaw rates turn the other way than the road: they are positive to the "
         "left; "
         "check their sign and road.turn");
+    return Miss::not_on_road;
+  }
+  if (at_a_corner(site, track)) {
+    warnings.push_back(
+        "the own vehicle turns off (ego trace) within 3 s of it: one ahead may have turned there "
+        "before, along a way that no road of the site file tells");
     return Miss::not_on_road;
   }
   const bool ahead = site.ego && track.direction == Direction::receding;

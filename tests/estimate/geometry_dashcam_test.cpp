@@ -298,6 +298,27 @@ TEST(Geometry, ADashcamThatPitchesHardMeasuresWithWideIntervals) {
   EXPECT_GE(cars.inside, 0.9 * cars.measured);
 }
 
+// At a crossing one ahead may turn before the own vehicle does; on a bend it keeps to the road.
+TEST(Geometry, BeforeOneTurnsOffACarAheadHasNoSpeed) {
+  constexpr double kOwn_mps = 6.0, kFrom_s = 3.0, kTo_s = 5.0;
+  for (const auto& [yaw_rate, withheld] : {std::pair(0.3, true), std::pair(0.1, false)}) {
+    Site site = dashcam_site();
+    site.ego = EgoSite{{kOwn_mps, 0.1}, {}, {}};
+    for (double t_s = -0.5; t_s < 6.5; t_s += 0.1)
+      site.ego->trace.push_back({t_s, kOwn_mps, t_s > kFrom_s && t_s < kTo_s ? yaw_rate : 1e-6});
+    View view;
+    view.to_s = 2.5;
+    view.ego_mps = kOwn_mps;
+    Random random(8);
+    VehicleTrack track = track_of({-7.0, 0.0, 20.0, 0.0, 0.65, 1.2}, site, view, random);
+    track.kind = LampKind::taillamp;
+    track.direction = Direction::receding;
+    EXPECT_EQ(estimate_vehicle(track, site, {}).result.withheld,
+              withheld ? std::optional(Miss::not_on_road) : std::nullopt)
+        << yaw_rate;
+  }
+}
+
 // The 6 s in which it is nearest: the last ones of one that is caught up with, by its lamps'
 // separation, or of a lone lamp by its light.
 TEST(Geometry, OfALongTrackTheNearestPartIsMeasured) {
