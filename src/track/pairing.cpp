@@ -39,6 +39,12 @@ bool fits_kind(const Lamp& a, const Lamp& b) {
   return ka == kb ? ka != LampKind::other : ka == LampKind::other || kb == LampKind::other;
 }
 
+// Between tail lamps a white light shines on the number plate, or is that in the own headlamps.
+bool lights_plate(const Lamp& third, const Lamp& a, const Lamp& b) {
+  return a.kind() == LampKind::taillamp && b.kind() == LampKind::taillamp &&
+         third.kind() != LampKind::taillamp;
+}
+
 bool is_mirrored(const Lamp& lamp) {
   constexpr int kLooks = 3;
   return lamp.mirrored.looks() >= kLooks && lamp.mirrored.share() > 0.5;
@@ -154,7 +160,8 @@ void Pairing::look_at_pairs(const Lamps& lamps, std::int64_t frame) {
         index_[{&a, &b}] = evidence_.size() - 1;
       }
       if (low && std::any_of(seen.begin(), seen.end(), [&](const Lamp* third) {
-            return third != &a && third != &b && stands_between(*third, a, b);
+            return third != &a && third != &b && stands_between(*third, a, b) &&
+                   !lights_plate(*third, a, b);
           })) {
         look.chi2 += kBetweenChi2;
         look.log_odds -= 0.5 * kBetweenChi2;

@@ -44,6 +44,20 @@ TEST(DashcamScene, WhitenedTailLampsAheadOfADashcamRecede) {
   EXPECT_FALSE(outcome.tracks[0].direction_contradicts);
 }
 
+// From low down a body hides what shines between its lamps; the light of its plate it does not.
+TEST(DashcamScene, TailLampsAboutALitPlateAreOneVehicle) {
+  Scene made = dashcam(12.0);
+  Car plate = car(18, 0, 12.5);
+  plate.single = true;
+  plate.height_m = 0.62;
+  made.cars = {car(18, 0, 12.5, LampKind::taillamp), plate};
+  made.duration_s = 6.0;
+  const auto outcome = scene::run(made);
+  ASSERT_EQ(outcome.tracks.size(), 1U);
+  EXPECT_EQ(outcome.tracks[0].kind, LampKind::taillamp);
+  EXPECT_FALSE(outcome.tracks[0].single_lamp);
+}
+
 TEST(DashcamScene, WhiteLightsThatKeepAheadOfADashcamAreNoOncomingVehicle) {
   Scene made = dashcam(12.0);
   made.cars = {car(22, 0, 12.5)};
