@@ -8,6 +8,7 @@
 #include "core/clock.h"
 #include "core/median.h"
 #include "estimate/camera_view.h"
+#include "estimate/lane_choice.h"
 #include "estimate/own_springs.h"
 #include "estimate/path_start.h"
 #include "estimate/speed_gate.h"
@@ -212,14 +213,18 @@ bool BearingFit::steady() const {
 
 namespace {
 
+std::vector<LampReading> readings_of(const VehicleTrack& track, const Site& site) {
+  return lamp_readings(site.lamps, track.kind, !track.single_lamp);
+}
+
 Outcome<BearingFit> fit_way(const VehicleTrack& track, const Camera& camera, const Site& site,
-                            Along wanders) {
+                            const LampReading& reading, Along wanders) {
   const CameraView view = camera_view(track, camera, *site.camera);
   if (view.frames < kFewestFrames) return Miss::too_few_samples;
   if (view.lamps.back().time_s - view.lamps.front().time_s < kShortest_s) return Miss::too_short;
 
   BearingFit found;
-  found.readings = lamp_readings(site.lamps, track.kind, !track.single_lamp);
+  found.readings = readings_of(track, site);
   Trajectory& seen = found.trajectory;
   constexpr double kMostScatter_px = 5.0, kMostPitch_rad = 0.015;
   found.most_scatter_px = {
@@ -236,7 +241,7 @@ Outcome<BearingFit> fit_way(const VehicleTrack& track, const Camera& camera, con
   problem.setting = path_setting(*site.camera, site.road);
   problem.lamps = view.lamps;
   problem.pairs = view.pairs();
-  problem.priors = metric_priors(site, likeliest(found.readings));
+  problem.priors = metric_priors(site, reading);
   found.scaled = problem.priors.drop_m || (view.pairs() && problem.priors.separation_m) ||
                  (problem.setting.bend != 0.0 && problem.priors.radius_m);
   if (!found.scaled) {
@@ -299,37 +304,56 @@ Outcome<BearingFit> fit_way(const VehicleTrack& track, const Camera& camera, con
   return found;
 }
 
-}  // namespace
-
-Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera,
-                                 const Site& site) {
-  return fit_way(track, camera, site, Along::road);
-}
-
-Outcome<BearingFit> fit_lane_change(const VehicleTrack& track, const Camera& camera,
-                                    const Site& site) {
+Outcome<BearingFit> crossing(const VehicleTrack& track, const Camera& camera, const Site& site,
+                             const LampReading& reading) {
   const double kMost_m = site.ego ? 10.0 : 5.0, kMost_mps = site.ego ? 5.0 : 3.0;
-  constexpr double kLeast_m = 1.0;
   constexpr int kLooks = 20;
-  auto outcome = fit_way(track, camera, site, Along::across);
+  auto outcome = fit_way(track, camera, site, reading, Along::across);
   const BearingFit* found = std::get_if<BearingFit>(&outcome);
   if (!found) return outcome;
   const Trajectory& seen = found->trajectory;
   const PathSetting& setting = seen.problem.setting;
   const double scale_m = std::exp(seen.fit.parameters[kLogScale]);
-  double left_m = 0.0, right_m = 0.0;
   for (int i = 0; i <= kLooks; ++i) {
     const double tau_s =
         seen.from_s + (seen.to_s - seen.from_s) * i / kLooks - seen.problem.reference_s;
-    const double aside_m = scale_m * setting.departed(tau_s, Along::across);
-    left_m = std::max(left_m, aside_m);
-    right_m = std::min(right_m, aside_m);
     if (std::abs(scale_m * setting.departed_rate(tau_s, Along::across)) > kMost_mps)
       return Miss::bad_fit;
   }
-  if ((setting.bend == 0.0 && left_m - right_m < kLeast_m) || left_m - right_m > kMost_m)
+  const double crossed_m = seen.crossed_m();
+  if ((setting.bend == 0.0 && crossed_m < kAcrossALane_m) || crossed_m > kMost_m)
     return Miss::bad_fit;
   return outcome;
+}
+
+}  // namespace
+
+Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera,
+                                 const Site& site) {
+  return fit_way(track, camera, site, likeliest(readings_of(track, site)), Along::road);
+}
+
+Outcome<BearingFit> fit_lane_change(const VehicleTrack& track, const Camera& camera,
+                                    const Site& site) {
+  const std::vector<LampReading> readings = readings_of(track, site);
+  if (site.ego || site.road.kind == RoadKind::straight)
+    return crossing(track, camera, site, likeliest(readings));
+  // Beside a bend lengths of another class make it another way.
+  Outcome<BearingFit> best = Miss::bad_fit;
+  double least = INFINITY;
+  for (const LampReading& reading : readings) {
+    auto outcome = crossing(track, camera, site, reading);
+    const BearingFit* fit = std::get_if<BearingFit>(&outcome);
+    if (!fit) continue;
+    const Trajectory& seen = fit->trajectory;
+    const double cost =
+        seen.fit.cost - std::log(reading.share) +
+        cost_of_steps(seen.problem.setting, std::exp(seen.fit.parameters[kLogScale]));
+    if (cost >= least) continue;
+    least = cost;
+    best = std::move(outcome);
+  }
+  return best;
 }
 
 }  // namespace vildar

@@ -29,10 +29,10 @@ struct BearingFit {
 /// Misses: too_few_samples, too_short, no_scale, unobservable, not_converged, not_on_road.
 Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera, const Site& site);
 
-/// The same of a pair that changes lanes: its speed along the road may change evenly, its place
-/// across it as the bearings ask for.
-/// Misses: bad_fit as well, where it would go across by more than from lane to lane, or by less
-/// than a metre: a camera that sways slowly looks like that.
+/// The same of a pair that changes lanes: its speed along the road may change evenly and wander
+/// somewhat, its place across it as the bearings ask for.
+/// Misses: bad_fit as well, where it would go across by more than from lane to lane, or on a
+/// straight road by less than kAcrossALane_m: a camera that sways slowly looks like that.
 Outcome<BearingFit> fit_lane_change(const VehicleTrack& track, const Camera& camera,
                                     const Site& site);
 

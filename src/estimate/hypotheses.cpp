@@ -44,8 +44,10 @@ double log_evidence(const Trajectory& trajectory) {
       sigmas.cwiseInverse().asDiagonal() * covariance * sigmas.cwiseInverse().asDiagonal();
   const double log_volume =
       sigmas.array().log().sum() + correlation.llt().matrixLLT().diagonal().array().log().sum();
-  return log_density + lengths * trajectory.fit.parameters[kLogScale] + log_volume -
-         trajectory.fit.cost;
+  double cost = trajectory.fit.cost;
+  if (problem.setting.crosses())
+    cost += cost_of_steps(problem.setting, std::exp(trajectory.fit.parameters[kLogScale]));
+  return log_density + lengths * trajectory.fit.parameters[kLogScale] + log_volume - cost;
 }
 
 Uncertain lateral_of(const Trajectory& trajectory) {
@@ -64,6 +66,25 @@ Outcome<Trajectory> refit(Trajectory trajectory) {
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   trajectory.fit = std::get<GeometryFit>(outcome);
   return trajectory;
+}
+
+// Beside a bend one who crosses goes another way for lamps of another class: its steps are found
+// anew, from the range at which these lamps would stand.
+void cross_anew(Trajectory& trajectory) {
+  GeometryProblem& problem = trajectory.problem;
+  if (!problem.setting.crosses() || problem.setting.bend == 0.0 || trajectory.ego.moving() ||
+      !problem.priors.separation_m)
+    return;
+  PathVector path = trajectory.fit.parameters;
+  const double longer =
+      std::log(problem.priors.separation_m->mean) - path[kLogSeparation] - path[kLogScale];
+  path[kLogScale] += longer;
+  path[kLogRadius] -= longer;
+  path[kStraight] *= std::exp(-longer);
+  if (!fit_steps(problem, path, trajectory.frames, Along::across)) return;
+  trajectory.fit.parameters = path;
+  if (auto change = find_motion_change(problem, trajectory.fit, trajectory.frames, Along::across))
+    trajectory.change = std::move(*change);
 }
 
 // The range of a lone lamp goes with one over what the pitch leaves of its elevation: where that is
@@ -109,7 +130,8 @@ std::size_t lanes_of(const RoadSite& road, Direction direction) {
 void add_lanes(const Trajectory& anywhere, const LampReading& reading, const Site& site,
                Direction direction, std::vector<Trajectory>& found) {
   const std::size_t lanes = lanes_of(site.road, direction);
-  if (lanes == 0 || anywhere.problem.setting.crosses()) {
+  const double crossed_m = anywhere.crossed_m();
+  if (lanes == 0 || crossed_m > kAcrossALane_m) {
     found.push_back(anywhere);
     return;
   }
@@ -122,7 +144,7 @@ void add_lanes(const Trajectory& anywhere, const LampReading& reading, const Sit
     Trajectory inside = anywhere;
     inside.lane = lane->id;
     Uncertain lateral_m = lateral_from_camera_m(*lane, site, reading, inside.problem.pairs);
-    lateral_m.std = std::hypot(lateral_m.std, inside.problem.ego_aside_std_m);
+    lateral_m.std = std::hypot(lateral_m.std, inside.problem.ego_aside_std_m, crossed_m);
     inside.problem.priors.lateral_m = lateral_m;
     inside.log_prior += log_lane;
     const auto outcome = refit(std::move(inside));
@@ -169,6 +191,7 @@ Outcome<std::vector<Trajectory>> fit_hypotheses(const Trajectory& seen,
     anywhere.log_prior = std::log(reading.share);
     anywhere.problem.priors = metric_priors(site, reading);
     anywhere.problem.priors.acceleration_mps2 = seen.problem.priors.acceleration_mps2;
+    cross_anew(anywhere);
     auto outcome = refit(std::move(anywhere));
     if (const Miss* why = std::get_if<Miss>(&outcome)) {
       if (!miss) miss = *why;

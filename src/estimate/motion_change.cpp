@@ -71,9 +71,24 @@ double MotionChange::variance(const PathVector& by_path, const Eigen::VectorXd& 
   return whole.dot(covariance * whole);
 }
 
-bool fit_steps(GeometryProblem& given, PathVector& fitted, int frames, Along along) {
+namespace {
+
+// Of the sizes of steps so far apart, over X.
+double usual_size(const std::vector<AccelerationStep>& steps, double scale_m) {
   constexpr double kWander_mps2 = 2.5;  // over the root of a second
-  constexpr double kTolerance = 0.01;   // sigmas
+  return kWander_mps2 * std::sqrt(steps[1].tau_s - steps[0].tau_s) / scale_m;
+}
+
+}  // namespace
+
+double cost_of_steps(const PathSetting& setting, double scale_m) {
+  double sum = 0.0;
+  for (const AccelerationStep& step : setting.steps) sum += 0.5 * step.size * step.size;
+  return sum > 0.0 ? sum / std::pow(usual_size(setting.steps, scale_m), 2) : 0.0;
+}
+
+bool fit_steps(GeometryProblem& given, PathVector& fitted, int frames, Along along) {
+  constexpr double kTolerance = 0.01;  // sigmas
   GeometryProblem problem = given;
   std::vector<AccelerationStep>& steps = problem.setting.steps;
   steps = even_steps(problem, frames, along);
@@ -81,8 +96,7 @@ bool fit_steps(GeometryProblem& given, PathVector& fitted, int frames, Along alo
   const std::vector<int> free = free_parameters(problem);
   const auto n = static_cast<Eigen::Index>(free.size());
   const auto count = static_cast<Eigen::Index>(steps.size());
-  const double size_std =
-      kWander_mps2 * std::sqrt(steps[1].tau_s - steps[0].tau_s) / std::exp(fitted[kLogScale]);
+  const double size_std = usual_size(steps, std::exp(fitted[kLogScale]));
   PathVector path = fitted;
   const auto go_to = [&](const Eigen::VectorXd& unknowns) {
     path(free) = unknowns.head(n);

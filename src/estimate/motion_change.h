@@ -25,6 +25,10 @@ struct MotionChange {
 /// frames are too few or no minimum is reached.
 bool fit_steps(GeometryProblem& problem, PathVector& path, int frames, Along along);
 
+/// Half the sum of squares of the steps' sizes, each over the standard deviation that fit_steps()
+/// takes it to have.
+double cost_of_steps(const PathSetting& setting, double scale_m);
+
 /// Lets the acceleration of a fitted vehicle wander, along the road, or across it (with speed and
 /// acceleration across at the reference time) and somewhat along: puts steps into `problem`, moves
 /// `fit` along and says what both leave open. How far it wanders is weighed by the evidence of the

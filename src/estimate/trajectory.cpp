@@ -99,6 +99,19 @@ double Trajectory::lateral_m() const {
          std::exp(fit.parameters[kLogScale]) * fit.parameters[kLateral];
 }
 
+double Trajectory::crossed_m() const {
+  constexpr int kLooks = 20;
+  if (!problem.setting.crosses()) return 0.0;
+  double left = 0.0, right = 0.0;
+  for (int i = 0; i <= kLooks; ++i) {
+    const double time_s = from_s + (to_s - from_s) * i / kLooks;
+    const double aside = problem.setting.departed(time_s - problem.reference_s, Along::across);
+    left = std::max(left, aside);
+    right = std::min(right, aside);
+  }
+  return std::exp(fit.parameters[kLogScale]) * (left - right);
+}
+
 double Trajectory::along_m(double time_s) const {
   const PathSetting& setting = problem.setting;
   const PathVector& p = fit.parameters;

@@ -43,6 +43,8 @@ struct Trajectory {
   MotionState at(double time_s) const;
   double lamp_height_m() const;
   double lateral_m() const;
+  /// How far it goes from one side to the other of its line in view; 0 where it keeps to it.
+  double crossed_m() const;
   /// Length of its lane from x = 0 to it; the camera stands.
   double along_m(double time_s) const;
   /// Part of the speed's sigma that all parts of its track share: the own speed's, as the site

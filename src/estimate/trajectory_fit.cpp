@@ -204,6 +204,24 @@ std::optional<BearingFit> changes_lanes(const VehicleTrack& track, const Camera&
   return better ? std::optional(std::move(*fit)) : std::nullopt;
 }
 
+// Beside a bend, whatever lamps it has: with lengths of another class a way in one lane looks like
+// one that leaves it.
+bool leaves_lane(const BearingFit& first, const Site& site) {
+  return first.leaves_lane() &&
+         std::ranges::all_of(first.readings, [&](const LampReading& reading) {
+           BearingFit other = first;
+           GeometryProblem& problem = other.trajectory.problem;
+           const Uncertain acceleration_mps2 = problem.priors.acceleration_mps2;
+           problem.priors = metric_priors(site, reading);
+           problem.priors.acceleration_mps2 = acceleration_mps2;
+           const auto outcome = fit_geometry(problem, first.trajectory.fit.parameters);
+           const auto* fit = std::get_if<GeometryFit>(&outcome);
+           if (!fit) return true;
+           other.trajectory.fit = *fit;
+           return other.leaves_lane();
+         });
+}
+
 // The surest of the longest that prove something, if any.
 BearingFit* best_of(std::vector<SteadyPart>& parts) {
   SteadyPart* best = nullptr;
@@ -360,8 +378,10 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
   const double factor = first.check.sigma_factor.maxCoeff();
   const bool doubtful = !first.steady() || factor > kDoubtful;
   // One that wanders on a bend looks steady and slower or faster than it is.
-  const bool crosses = (first.leaves_lane() && in_another_lane(INFINITY)) ||
-                       (ahead && doubtful && in_another_lane(factor));
+  const bool leaves = leaves_lane(first, site);
+  const bool crosses =
+      (leaves && in_another_lane(INFINITY)) || (ahead && doubtful && in_another_lane(factor));
+  if (leaves && !crosses && first.steady()) return Miss::bad_fit;
   if (!crosses && !first.steady()) {
     auto parts = steady_parts(track, camera, site);
     BearingFit* best = best_of(parts);

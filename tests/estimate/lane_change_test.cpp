@@ -206,23 +206,27 @@ TEST(LaneChange, SlopesByTheStepsAreThoseOfTheResiduals) {
   expect_slopes_of_steps(two_lanes_on_a_bend(), 6, 0.01);
 }
 
-// Of concentric lanes the inner one is shorter, a driver keeps his speed and not the arc's angle,
-// and may be amid the change when he passes: none of it may pass for another range.
-TEST(LaneChange, OnABendIsMeasuredAndItsSpeedLiesInItsInterval) {
-  constexpr int kTrials = trials(60);
-  Random random(23);
+struct Crossed {
   int measured = 0, inside = 0, beyond = 0;
   double squares = 0.0;
-  for (int i = 0; i < kTrials; ++i) {
+};
+
+// From 70 m on until they are 10 m away, on left and right bends whose radius is told to 1 %.
+Crossed crossed_on_bends(int trials, Uncertain height_m, Uncertain separation_m,
+                         const LampsSite& told, std::uint64_t seed) {
+  Random random(seed);
+  Crossed found;
+  for (int i = 0; i < trials; ++i) {
     Site site = two_lanes_on_a_bend();
+    site.lamps = told;
     site.road.turn = i % 2 == 0 ? Turn::left : Turn::right;
     const double radius_m = random.uniform(130.0, 300.0);
     site.road.radius_m = Uncertain{radius_m, 0.0};
     Vehicle car;
     car.speed_mps = random.uniform(10.0, 22.0);
     car.along_m = 70.0;
-    car.height_m = random.normal(0.65, 0.1);
-    car.separation_m = random.normal(1.2, 0.15);
+    car.height_m = random.normal(height_m.mean, height_m.std);
+    car.separation_m = random.normal(separation_m.mean, separation_m.std);
     const double seen_s = 60.0 / car.speed_mps;
     const bool to_left = random.uniform(0.0, 1.0) < 0.5;
     car.lateral_m = random.normal(to_left ? -7.5 : -4.0, 0.3);
@@ -232,16 +236,40 @@ TEST(LaneChange, OnABendIsMeasuredAndItsSpeedLiesInItsInterval) {
     site.road.radius_m = Uncertain{random.normal(radius_m, 0.01 * radius_m), 0.01 * radius_m};
     const VehicleResult result = estimate_vehicle(track, site, {}).result;
     if (result.withheld) continue;
-    ++measured;
-    inside += car.speed_mps > result.speed.lo95_mps && car.speed_mps < result.speed.hi95_mps;
+    ++found.measured;
+    found.inside += car.speed_mps > result.speed.lo95_mps && car.speed_mps < result.speed.hi95_mps;
     const double sigmas = (result.speed.speed_mps - car.speed_mps) / result.speed.std_mps;
-    beyond += std::abs(sigmas) > 3.0;
-    squares += sigmas * sigmas;
+    found.beyond += std::abs(sigmas) > 3.0;
+    found.squares += sigmas * sigmas;
   }
-  EXPECT_GE(measured, kTrials * 9 / 10);
-  EXPECT_GE(inside, 0.95 * measured - 3.0 * std::sqrt(0.95 * 0.05 * measured));
-  EXPECT_LE(beyond, kTrials / 50);
-  EXPECT_LT(std::sqrt(squares / measured), 1.3);
+  return found;
+}
+
+// Of concentric lanes the inner one is shorter, a driver keeps his speed and not the arc's angle,
+// and may be amid the change when he passes: none of it may pass for another range.
+TEST(LaneChange, OnABendIsMeasuredAndItsSpeedLiesInItsInterval) {
+  constexpr int kTrials = trials(60);
+  constexpr Uncertain kHeight_m{0.65, 0.1}, kSeparation_m{1.2, 0.15};
+  const Crossed cars = crossed_on_bends(kTrials, kHeight_m, kSeparation_m, two_lanes().lamps, 23);
+  EXPECT_GE(cars.measured, kTrials * 9 / 10);
+  EXPECT_GE(cars.inside, 0.95 * cars.measured - 3.0 * std::sqrt(0.95 * 0.05 * cars.measured));
+  EXPECT_LE(cars.beyond, kTrials / 50);
+  EXPECT_LT(std::sqrt(cars.squares / cars.measured), 1.3);
+}
+
+// With the lengths of a car its way is another one.
+TEST(LaneChange, OnABendALorryIsNoCarThatGoesAnotherWay) {
+  constexpr int kTrials = trials(30);
+  constexpr Uncertain kHeight_m{0.95, 0.1}, kSeparation_m{2.0, 0.1};
+  LampsSite lamps;
+  lamps.classes = {{"car", 0.8, {0.65, 0.08}, Uncertain{1.25, 0.1}},
+                   {"lorry", 0.2, kHeight_m, kSeparation_m}};
+  const Crossed lorries = crossed_on_bends(kTrials, kHeight_m, kSeparation_m, lamps, 29);
+  EXPECT_GE(lorries.measured, kTrials * 9 / 10);
+  EXPECT_GE(lorries.inside,
+            0.95 * lorries.measured - 3.0 * std::sqrt(0.95 * 0.05 * lorries.measured));
+  EXPECT_LE(lorries.beyond, 1);
+  EXPECT_LT(std::sqrt(lorries.squares / lorries.measured), 1.3);
 }
 
 }  // namespace
