@@ -266,10 +266,10 @@ Eigen::Matrix<T, 3, 1> lamp_from_camera_m(const T* p, const PathSetting& setting
     for (int k = 0; setting.weaves && k < kOwnSwings; ++k)
       offset_m += p[kOwnSwing + k] * ego.by_swing[static_cast<std::size_t>(k)].left_m;
     if (setting.bend != 0.0) {
-      T heading_rad = place.heading_rad;
-      if (setting.crosses()) heading_rad -= left_per_ahead(p, setting, tau_s);
-      x_m -= offset_m * sin(heading_rad);
-      y_m += offset_m * cos(heading_rad);
+      T faces_rad = place.heading_rad;
+      if (setting.crosses()) faces_rad -= left_per_ahead(p, setting, tau_s);
+      x_m -= offset_m * sin(faces_rad);
+      y_m += offset_m * cos(faces_rad);
     } else {
       y_m += offset_m;
       if (setting.crosses()) x_m += offset_m * left_per_ahead(p, setting, tau_s);

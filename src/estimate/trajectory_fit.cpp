@@ -372,7 +372,7 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
     return true;
   };
   if (const Miss* miss = std::get_if<Miss>(&outcome);
-      miss && !(ahead && *miss == Miss::not_converged && in_another_lane(INFINITY)))
+      miss && !((ahead || !site.ego) && *miss == Miss::not_converged && in_another_lane(INFINITY)))
     return *miss;
   BearingFit& first = std::get<BearingFit>(outcome);
   const double factor = first.check.sigma_factor.maxCoeff();
