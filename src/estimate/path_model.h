@@ -167,8 +167,9 @@ T gained_inside(const T* p, const PathSetting& setting, double tau_s, const Swep
   const double to_bend_m =
       setting.camera_m.x() + value_of(scale_m) - value_of(bend_begins_m(p, setting));
   const double square = speed * speed + 2.0 * value_of(acceleration_mps2) * to_bend_m;
-  const double bend_s =
-      2.0 * to_bend_m / (speed + std::copysign(std::sqrt(std::max(square, 0.0)), speed));
+  const double bend_s = square < 0.0
+                            ? std::copysign(INFINITY, speed)  // it never comes there
+                            : 2.0 * to_bend_m / (speed + std::copysign(std::sqrt(square), speed));
   const auto on_bend_s = [&](double at_s) {
     return speed > 0.0 ? std::min(at_s, bend_s) : std::max(at_s, bend_s);
   };

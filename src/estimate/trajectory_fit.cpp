@@ -381,7 +381,12 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
   const bool leaves = leaves_lane(first, site);
   const bool crosses =
       (leaves && in_another_lane(INFINITY)) || (ahead && doubtful && in_another_lane(factor));
-  if (leaves && !crosses && first.steady()) return Miss::bad_fit;
+  if (leaves && !crosses && first.steady()) {
+    warnings.push_back(
+        "it leaves the line of its lane as no change of lanes explains: check the "
+        "bend's radius and where it begins");
+    return Miss::bad_fit;
+  }
   if (!crosses && !first.steady()) {
     auto parts = steady_parts(track, camera, site);
     BearingFit* best = best_of(parts);
