@@ -39,9 +39,13 @@ bool fits_kind(const Lamp& a, const Lamp& b) {
   return ka == kb ? ka != LampKind::other : ka == LampKind::other || kb == LampKind::other;
 }
 
-// Between tail lamps a white light shines on the number plate, or is that in the own headlamps.
+// In the middle of tail lamps a white light shines on the number plate, or is that in the own
+// headlamps.
 bool lights_plate(const Lamp& third, const Lamp& a, const Lamp& b) {
-  return a.kind() == LampKind::taillamp && b.kind() == LampKind::taillamp &&
+  constexpr double kOffMiddle = 0.2;  // of the distance between the lamps
+  const Eigen::Vector2d off_px = third.at_px() - 0.5 * (a.at_px() + b.at_px());
+  return off_px.norm() < kOffMiddle * (b.at_px() - a.at_px()).norm() &&
+         a.kind() == LampKind::taillamp && b.kind() == LampKind::taillamp &&
          third.kind() != LampKind::taillamp;
 }
 
