@@ -50,13 +50,13 @@ bool solve_jointly(std::span<Pass> passes, std::vector<Population>& populations)
   std::vector<double> means;
   for (const Population& population : populations) means.push_back(population.present);
   const auto count = static_cast<int>(means.size());
-  ceres::HuberLoss loss(kHuberBound);
+  ceres::HuberLoss loss(kHuberBound), apart_loss(kApartBound);
   ceres::Problem::Options options;
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(options);
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   for (Pass& pass : passes) {
-    add_geometry(pass.problem, pass.path.data(), pass.free, &loss, problem);
+    add_geometry(pass.problem, pass.path.data(), pass.free, &loss, &apart_loss, problem);
     auto* cost = new ceres::DynamicAutoDiffCostFunction<PopulationResidual>(
         new PopulationResidual{&pass, &populations});
     cost->AddParameterBlock(kPathParameters);
@@ -87,32 +87,15 @@ LinearPass linearise(const Pass& pass, const std::vector<Population>& population
   std::array<PathJet, kPathParameters> path;
   for (int i = 0; i < kPathParameters; ++i)
     path[static_cast<std::size_t>(i)] = PathJet(pass.path[i], i);
-  PathMatrix information = PathMatrix::Zero();
-  PathVector gradient = PathVector::Zero();
-  const auto add = [&](const PathJet& residual, double weight) {
-    information += weight * residual.v * residual.v.transpose();
-    gradient += weight * residual.a * residual.v;
-  };
-  const ceres::HuberLoss loss(kHuberBound);
-  for (std::size_t i = 0; i < pass.problem.lamps.size(); ++i) {
-    std::array<PathJet, 2> residual;
-    if (!LampResidual{&pass.problem, i}(path.data(), residual.data())) continue;
-    double rho[3];
-    loss.Evaluate(residual[0].a * residual[0].a + residual[1].a * residual[1].a, rho);
-    for (const PathJet& axis : residual) add(axis, rho[1]);
-  }
-  const PriorResidual priors{&pass.problem};
-  std::vector<PathJet> residuals(static_cast<std::size_t>(priors.count()));
-  priors(path.data(), residuals.data());
-  for (const PathJet& residual : residuals) add(residual, 1.0);
-
   LinearPass linear;
   linear.members = pass.members;
-  linear.information = information(pass.free, pass.free);
-  linear.gradient = gradient(pass.free);
+  const auto n = static_cast<Eigen::Index>(pass.free.size());
+  const auto residuals = geometry_residuals(pass.problem, pass.path, pass.free, Slopes::of_path);
+  linear.information = residuals ? residuals->information() : Eigen::MatrixXd::Zero(n, n);
+  linear.gradient = residuals ? residuals->gradient() : Eigen::VectorXd::Zero(n);
   const auto count = static_cast<Eigen::Index>(pass.members.size());
   linear.shared.resize(count);
-  linear.shared_by_path.resize(count, static_cast<Eigen::Index>(pass.free.size()));
+  linear.shared_by_path.resize(count, n);
   for (Eigen::Index i = 0; i < count; ++i) {
     const Membership& member = pass.members[static_cast<std::size_t>(i)];
     const PathJet value = shared_value(populations[member.population].kind, path.data());

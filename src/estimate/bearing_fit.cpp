@@ -194,6 +194,11 @@ bool BearingFit::explains() const {
          std::abs(state.acceleration_mps2) <= kHardestBraking_mps2;
 }
 
+bool BearingFit::told_apart() const {
+  constexpr double kTold = 2.0, kBetter = 0.5;
+  return check.apart_factor < kTold && check.apart_factor < kBetter * check.sigma_factor.x();
+}
+
 bool BearingFit::leaves_lane() const {
   constexpr double kMostWeave = 16.0;  // chi-square of six curves: one in seventy by chance
   const GeometryProblem& problem = trajectory.problem;
@@ -266,15 +271,52 @@ Outcome<BearingFit> fit_way(const VehicleTrack& track, const Camera& camera, con
     const auto again = fit_geometry(problem, seen.fit.parameters);
     if (const auto* fit = std::get_if<GeometryFit>(&again)) seen.fit = *fit;
   };
-  const auto let_wander = [&](const Eigen::Vector2d& sigma_factor) {
+  const auto let_wander = [&](const Eigen::Vector2d& sigma_factor, double apart_factor) {
     problem.sigma_factor = sigma_factor;
+    problem.apart_factor = apart_factor;
     if (auto change = find_motion_change(problem, seen.fit, seen.frames, wanders))
       seen.change = std::move(*change);
   };
+  const auto shakes = [&] {
+    constexpr double kShakes = 4.0;
+    return (found.check.sigma_factor.array() > kShakes * found.check.quick_factor.array()).any();
+  };
+  Eigen::Vector2d in_one_motion;  // what a fit of constant acceleration asks for
+  // Where the camera shakes slowly both lamps move together, and a way that follows where they are
+  // seen follows the shake. How far apart they are seen tells the motion then, and by that motion
+  // what the shake is: but for what the pose, which less and less is seen of, leaves besides.
+  const auto follow_apart = [&] {
+    constexpr int kFollowed = 4;
+    constexpr double kContradicts = 2.0, kFarLess = 0.5, kMostGrowth = 2.0, kSettledFactor = 1.2;
+    ResidualCheck& check = found.check;
+    if (!shakes() || check.apart_factor < kContradicts || !std::isfinite(check.apart_factor))
+      return;
+    const BearingFit before = found;
+    const Eigen::Vector2d most = kMostGrowth * in_one_motion.cwiseMax(check.sigma_factor);
+    for (int round = 0; round < kFollowed; ++round) {
+      problem.sigma_factor = check.sigma_factor;
+      problem.apart_factor = round == 0 ? check.quick_apart_factor : check.apart_factor;
+      if (!fit_steps(problem, seen.fit.parameters, seen.frames, Along::road)) break;
+      look();
+      check.sigma_factor = check.sigma_factor.cwiseMin(most);
+      const auto settled = [&](double now, double told) {
+        return std::max(now / told, told / now) < kSettledFactor;
+      };
+      if (settled(check.apart_factor, problem.apart_factor) &&
+          settled(check.sigma_factor.x(), problem.sigma_factor.x()) &&
+          settled(check.sigma_factor.y(), problem.sigma_factor.y()))
+        break;
+    }
+    if (!found.explains() || check.apart_factor > kFarLess * before.check.apart_factor)
+      found = before;
+  };
   look();
+  in_one_motion = found.check.sigma_factor;
   const Eigen::Vector2d quick = found.check.quick_factor;
+  const double quick_apart = found.check.quick_apart_factor;
   if ((quick.array() > kFarOff).any()) {
     problem.sigma_factor = quick;
+    problem.apart_factor = quick_apart;
     fit_again();
   }
   // Beside the scatter from frame to frame, what is left may be the vehicle's motion, and what that
@@ -284,23 +326,30 @@ Outcome<BearingFit> fit_way(const VehicleTrack& track, const Camera& camera, con
   // Of the own turns beside a lane change the first fit knows nothing.
   for (int round = 0; wanders == Along::across && round < kMostSettling; ++round) {
     const double before = seen.fit.parameters[kLogScale];
-    let_wander(quick);
+    let_wander(quick, quick_apart);
     fit_again();
     if (std::abs(seen.fit.parameters[kLogScale] - before) < kSettled) break;
   }
   for (int round = 0; round < kRounds; ++round) {
-    let_wander(quick);
+    let_wander(quick, quick_apart);
     leave_out_strays(problem, seen.fit.parameters, all);
   }
   if (problem.lamps.size() < all.lamps.size()) {
     fit_again();
-    let_wander(quick);
+    let_wander(quick, quick_apart);
   }
   look();
+  // Of others the way is told by where they are seen.
+  if (site.ego && track.direction == Direction::receding && wanders == Along::road &&
+      problem.pairs) {
+    follow_apart();
+    if (found.told_apart()) found.check.misfit = found.check.apart_misfit;
+  }
   // What even that leaves makes its size less sure. The bearings are no longer judged by it: where
   // little else holds the pose, priors now draw the path away from them.
-  if ((found.check.sigma_factor.array() > kFarOff * quick.array()).any())
-    let_wander(found.check.sigma_factor);
+  if ((found.check.sigma_factor.array() > kFarOff * quick.array()).any() ||
+      found.check.apart_factor > kFarOff * quick_apart)
+    let_wander(found.check.sigma_factor, found.check.apart_factor);
   return found;
 }
 

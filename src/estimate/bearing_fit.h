@@ -24,6 +24,8 @@ struct BearingFit {
   bool steady() const;
   /// Whether beside a bend it weaves by more than one who keeps to a lane.
   bool leaves_lane() const;
+  /// Whether how far apart its lamps are seen tells its motion, and better than where they are.
+  bool told_apart() const;
 };
 
 /// Misses: too_few_samples, too_short, no_scale, unobservable, not_converged, not_on_road.

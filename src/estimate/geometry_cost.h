@@ -9,7 +9,8 @@
 
 namespace vildar {
 
-// Residual functors shared by the camera-only and the joint fit; T may be a ceres::Jet.
+// Residual functors shared by the camera-only fit and that of a site's passes; T may be a
+// ceres::Jet.
 
 /// Whitened error of one lamp in one frame.
 struct LampResidual {
@@ -44,6 +45,22 @@ struct LampResidual {
                                        seen.side, problem->ego[index]));
     const Eigen::Array2d turned = (along.head<2>() - ray.head<2>() / ray.z() * along.z()) / ray.z();
     return turned / (seen.sigma.array() * problem->sigma_factor.array());
+  }
+};
+
+/// Whitened error of how far apart two lamps of a frame are seen (apart_shares).
+struct ApartResidual {
+  const GeometryProblem* problem;
+  std::size_t first;
+  ApartShares shares;
+
+  template <class T>
+  bool operator()(const T* p, T* residual) const {
+    T one[2], other[2];
+    if (!LampResidual{problem, first}(p, one) || !LampResidual{problem, first + 1}(p, other))
+      return false;
+    *residual = shares.first * one[0] + shares.second * other[0];
+    return true;
   }
 };
 
@@ -117,10 +134,14 @@ struct PriorResidual {
 
 /// Residuals of two axes of one lamp share a loss: this bound on their norm keeps 95 % efficiency.
 inline constexpr double kHuberBound = 1.345 * 1.4142135623730951;
+/// And of one residual.
+inline constexpr double kApartBound = 1.345;
 
 /// Adds all residuals of `problem` on the parameter block `path`, of which only `free` may move.
-/// Problem and loss outlive `ceres_problem`, which must not own the loss.
+/// Problem and losses (those of bounds kHuberBound and kApartBound) outlive `ceres_problem`, which
+/// must not own them.
 void add_geometry(const GeometryProblem& problem, double* path, const std::vector<int>& free,
-                  ceres::LossFunction* loss, ceres::Problem& ceres_problem);
+                  ceres::LossFunction* loss, ceres::LossFunction* apart_loss,
+                  ceres::Problem& ceres_problem);
 
 }  // namespace vildar

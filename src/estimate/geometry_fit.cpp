@@ -1,23 +1,45 @@
 #include "estimate/geometry_fit.h"
 
+#include <cmath>
+
 #include <ceres/ceres.h>
 
 #include "estimate/geometry_cost.h"
 
 namespace vildar {
 void add_geometry(const GeometryProblem& problem, double* path, const std::vector<int>& free,
-                  ceres::LossFunction* loss, ceres::Problem& ceres_problem) {
-  for (std::size_t i = 0; i < problem.lamps.size(); ++i)
+                  ceres::LossFunction* loss, ceres::LossFunction* apart_loss,
+                  ceres::Problem& ceres_problem) {
+  for (std::size_t i = 0; i < problem.lamps.size(); ++i) {
     ceres_problem.AddResidualBlock(
         new ceres::AutoDiffCostFunction<LampResidual, 2, kPathParameters>(
             new LampResidual{&problem, i}),
         loss, path);
+    if (const auto shares = apart_shares(problem, i))
+      ceres_problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<ApartResidual, 1, kPathParameters>(
+              new ApartResidual{&problem, i, *shares}),
+          apart_loss, path);
+  }
   auto* priors = new PriorResidual{&problem};
   ceres_problem.AddResidualBlock(
       new ceres::AutoDiffCostFunction<PriorResidual, ceres::DYNAMIC, kPathParameters>(
           priors, priors->count()),
       nullptr, path);
   hold_fixed_all_but(free, kPathParameters, path, ceres_problem);
+}
+
+std::optional<ApartShares> apart_shares(const GeometryProblem& problem, std::size_t first) {
+  if (first + 1 >= problem.lamps.size()) return std::nullopt;
+  const LampObservation& one = problem.lamps[first];
+  const LampObservation& other = problem.lamps[first + 1];
+  if (one.sighting != other.sighting) return std::nullopt;
+  constexpr double kWorth = 0.7;
+  const double better = problem.sigma_factor.x() / problem.apart_factor;
+  if (!(better * kWorth > 1.0)) return std::nullopt;
+  const double share =
+      std::sqrt(better * better - 1.0) / std::hypot(one.sigma.x(), other.sigma.x());
+  return ApartShares{share * one.sigma.x(), -share * other.sigma.x()};
 }
 
 std::vector<int> free_parameters(const GeometryProblem& problem) {
@@ -35,14 +57,20 @@ std::vector<int> free_parameters(const GeometryProblem& problem) {
 }
 
 std::optional<double> geometry_cost(const GeometryProblem& problem, const PathVector& parameters) {
-  const ceres::HuberLoss loss(kHuberBound);
-  double cost = 0.0;
+  const ceres::HuberLoss loss(kHuberBound), apart_loss(kApartBound);
+  double cost = 0.0, before = 0.0;
+  const auto add = [&](const ceres::HuberLoss& by, double square) {
+    double rho[3];
+    by.Evaluate(square, rho);
+    cost += 0.5 * rho[0];
+  };
   for (std::size_t i = 0; i < problem.lamps.size(); ++i) {
     Eigen::Vector2d residual;
     if (!LampResidual{&problem, i}(parameters.data(), residual.data())) return std::nullopt;
-    double rho[3];
-    loss.Evaluate(residual.squaredNorm(), rho);
-    cost += 0.5 * rho[0];
+    add(loss, residual.squaredNorm());
+    if (const auto shares = i > 0 ? apart_shares(problem, i - 1) : std::nullopt)
+      add(apart_loss, std::pow(shares->first * before + shares->second * residual.x(), 2));
+    before = residual.x();
   }
   const PriorResidual priors{&problem};
   Eigen::VectorXd residual(priors.count());

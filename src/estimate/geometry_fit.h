@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -46,7 +47,18 @@ struct GeometryProblem {
   MetricPriors priors;
   /// Factors on the observations' sigmas, image u and v: what the residuals ask for.
   Eigen::Vector2d sigma_factor = Eigen::Vector2d::Ones();
+  /// Factor on the sigma of how far apart the two lamps of a frame are seen, image u: below
+  /// sigma_factor where they shake together.
+  double apart_factor = std::numeric_limits<double>::infinity();
 };
+
+/// What two lamps of a frame say of how far apart they are beyond what each says of itself: shares
+/// of their whitened residuals, image u, the sum of which is a whitened residual of its own.
+struct ApartShares {
+  double first = 0.0, second = 0.0;
+};
+/// Of lamps `first` and the next; nothing where these are no pair of one frame, or say no more.
+std::optional<ApartShares> apart_shares(const GeometryProblem& problem, std::size_t first);
 
 struct GeometryFit {
   PathVector parameters = PathVector::Zero();

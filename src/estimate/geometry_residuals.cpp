@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include <ceres/jet.h>
 
@@ -31,6 +32,29 @@ Eigen::MatrixXd prior_slopes(const GeometryProblem& problem, const PathVector& p
   return slopes;
 }
 
+struct Apart {
+  std::size_t first;  // lamp
+  ApartShares shares;
+};
+
+std::vector<Apart> apart_of(const GeometryProblem& problem) {
+  std::vector<Apart> found;
+  for (std::size_t i = 0; i < problem.lamps.size(); ++i)
+    if (const auto shares = apart_shares(problem, i)) found.push_back({i, *shares});
+  return found;
+}
+
+// Weight of a residual by Huber's loss, and what half its square then lacks of that.
+struct Softened {
+  double weight = 1.0, lacks = 0.0;
+
+  Softened(double norm, double bound) {
+    if (norm <= bound) return;
+    weight = std::sqrt(bound / norm);
+    lacks = 0.5 * bound * (norm - bound);
+  }
+};
+
 // Slopes by at most `kMost` of the path's parameters: most of their cost goes with how many there
 // are.
 template <int kMost>
@@ -39,8 +63,10 @@ std::optional<Residuals> residuals_by(const GeometryProblem& problem, const Path
   using Jet = ceres::Jet<double, kMost>;
   const PriorResidual priors{&problem};
   const Index lamps = 2 * static_cast<Index>(problem.lamps.size());
+  const std::vector<Apart> apart = apart_of(problem);
+  const Index seen = lamps + static_cast<Index>(apart.size());
   Residuals found;
-  found.values.resize(lamps + priors.count());
+  found.values.resize(seen + priors.count());
   const auto n = static_cast<Index>(free.size());
   const std::size_t steps = slopes == Slopes::of_path_and_steps ? problem.setting.steps.size() : 0;
   if (slopes != Slopes::none)
@@ -53,6 +79,7 @@ std::optional<Residuals> residuals_by(const GeometryProblem& problem, const Path
   const auto lateral = std::ranges::find(free, int{kLateral}) - free.begin();
   const double scale_m = std::exp(parameters[kLogScale]);
   double softened = 0.0;
+  std::vector<double> weights;
   for (std::size_t i = 0; i < problem.lamps.size(); ++i) {
     const LampResidual lamp{&problem, i};
     std::array<Jet, 2> error;
@@ -61,9 +88,10 @@ std::optional<Residuals> residuals_by(const GeometryProblem& problem, const Path
                                : !lamp(path.data(), error.data()))
       return std::nullopt;
     if (slopes != Slopes::none) value = {error[0].a, error[1].a};
-    const double norm = value.norm();
-    const double weight = norm > kHuberBound ? std::sqrt(kHuberBound / norm) : 1.0;
-    if (norm > kHuberBound) softened += 0.5 * kHuberBound * (norm - kHuberBound);
+    const Softened soft(value.norm(), kHuberBound);
+    const double weight = soft.weight;
+    softened += soft.lacks;
+    weights.push_back(weight);
     const Index first = 2 * static_cast<Index>(i);
     found.values.segment<2>(first) = weight * value;
     if (slopes == Slopes::none) continue;
@@ -121,10 +149,23 @@ std::optional<Residuals> residuals_by(const GeometryProblem& problem, const Path
       }
     }
   }
+  for (std::size_t i = 0; i < apart.size(); ++i) {
+    const auto& [first, shares] = apart[i];
+    const Index at = lamps + static_cast<Index>(i), one = 2 * static_cast<Index>(first);
+    const double by_first = shares.first / weights[first],
+                 by_second = shares.second / weights[first + 1];
+    const double value = by_first * found.values[one] + by_second * found.values[one + 2];
+    const Softened soft(std::abs(value), kApartBound);
+    softened += soft.lacks;
+    found.values[at] = soft.weight * value;
+    if (slopes != Slopes::none)
+      found.slopes.col(at) =
+          soft.weight * (by_first * found.slopes.col(one) + by_second * found.slopes.col(one + 2));
+  }
   std::vector<Jet> errors(static_cast<std::size_t>(priors.count()));
   priors(path.data(), errors.data());
   for (std::size_t i = 0; i < errors.size(); ++i) {
-    const Index at = lamps + static_cast<Index>(i);
+    const Index at = seen + static_cast<Index>(i);
     found.values[at] = errors[i].a;
     if (slopes != Slopes::none) found.slopes.col(at).head(n) = errors[i].v.head(n);
   }

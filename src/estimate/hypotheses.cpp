@@ -20,6 +20,21 @@ double log_normal_peak(const Uncertain& prior) {
   return -std::log(prior.std * std::sqrt(2.0 * kPi));
 }
 
+// Beside a bend one who crosses goes another way for lamps of another class. Where the own vehicle
+// speeds up or slows down, by metres that are told, another's steps make up for them by shares of
+// its range.
+bool steps_go_with_scale(const Trajectory& trajectory) {
+  constexpr double kLeast_m = 0.3;
+  const GeometryProblem& problem = trajectory.problem;
+  if (problem.setting.steps.empty() || !problem.pairs || !problem.priors.separation_m) return false;
+  if (trajectory.ego.moving())
+    return !problem.setting.crosses() &&
+           std::ranges::any_of(problem.ego, [](const EgoDeviation& own) {
+             return std::abs(own.ahead_m) > kLeast_m;
+           });
+  return problem.setting.crosses() && problem.setting.bend != 0.0;
+}
+
 // ln of the integral of likelihood times priors, up to what all hypotheses have in common. The
 // priors are densities of lengths, the unknowns ratios of these to X: each brings a factor X.
 double log_evidence(const Trajectory& trajectory) {
@@ -45,7 +60,7 @@ double log_evidence(const Trajectory& trajectory) {
   const double log_volume =
       sigmas.array().log().sum() + correlation.llt().matrixLLT().diagonal().array().log().sum();
   double cost = trajectory.fit.cost;
-  if (problem.setting.crosses())
+  if (problem.setting.crosses() || steps_go_with_scale(trajectory))
     cost += cost_of_steps(problem.setting, std::exp(trajectory.fit.parameters[kLogScale]));
   return log_density + lengths * trajectory.fit.parameters[kLogScale] + log_volume - cost;
 }
@@ -68,22 +83,20 @@ Outcome<Trajectory> refit(Trajectory trajectory) {
   return trajectory;
 }
 
-// Beside a bend one who crosses goes another way for lamps of another class: its steps are found
-// anew, from the range at which these lamps would stand.
-void cross_anew(Trajectory& trajectory) {
+// Finds its steps for the priors it has, from the range at which its lamps would stand.
+void step_anew(Trajectory& trajectory) {
   GeometryProblem& problem = trajectory.problem;
-  if (!problem.setting.crosses() || problem.setting.bend == 0.0 || trajectory.ego.moving() ||
-      !problem.priors.separation_m)
-    return;
+  if (!steps_go_with_scale(trajectory)) return;
+  const Along along = problem.setting.crosses() ? Along::across : Along::road;
   PathVector path = trajectory.fit.parameters;
   const double longer =
       std::log(problem.priors.separation_m->mean) - path[kLogSeparation] - path[kLogScale];
   path[kLogScale] += longer;
   path[kLogRadius] -= longer;
   path[kStraight] *= std::exp(-longer);
-  if (!fit_steps(problem, path, trajectory.frames, Along::across)) return;
+  if (!fit_steps(problem, path, trajectory.frames, along)) return;
   trajectory.fit.parameters = path;
-  if (auto change = find_motion_change(problem, trajectory.fit, trajectory.frames, Along::across))
+  if (auto change = find_motion_change(problem, trajectory.fit, trajectory.frames, along))
     trajectory.change = std::move(*change);
 }
 
@@ -191,7 +204,7 @@ Outcome<std::vector<Trajectory>> fit_hypotheses(const Trajectory& seen,
     anywhere.log_prior = std::log(reading.share);
     anywhere.problem.priors = metric_priors(site, reading);
     anywhere.problem.priors.acceleration_mps2 = seen.problem.priors.acceleration_mps2;
-    cross_anew(anywhere);
+    step_anew(anywhere);
     auto outcome = refit(std::move(anywhere));
     if (const Miss* why = std::get_if<Miss>(&outcome)) {
       if (!miss) miss = *why;

@@ -94,21 +94,66 @@ Slow slow_structure(const Eigen::VectorXd& frames, double nominal_variance) {
   return {variance, variance / std::max(nominal_variance, quicker)};
 }
 
-// Robust scatter of what changes from frame to frame: second differences of each lamp's residuals,
-// over that of independent ones of sigma one. One where the frames are too few.
-double quick_scatter(const GeometryProblem& problem, const Eigen::VectorXd& residual) {
+// What a series of residuals, one for each frame, asks for: as ResidualCheck's sigma_factor and
+// misfit. `residuals` went into it, of robust scatter `robust`, with this correlation between the
+// lamps of a frame.
+struct Judged {
+  double factor = 1.0, misfit = 0.0;
+};
+Judged judge(const Eigen::VectorXd& frames, double residuals, double robust, double lamps) {
+  const double correlated = correlation_factor(lamps, frames);
+  const double freedom = std::max(0.25 * residuals, residuals - kUnknownsPerAxis * correlated);
+  const double scatter = robust * std::sqrt(residuals / freedom);
+  Judged found{std::max(1.0, scatter) * std::sqrt(correlated)};
+  // As much again where slow structure stands out that neither scatter nor correlation explains.
+  constexpr double kStandsOut = 2.0;  // one axis in sixteen by chance
+  const double nominal = static_cast<double>(frames.size()) / residuals;
+  const Slow slow = slow_structure(frames, nominal);
+  if (slow.misfit > kStandsOut)
+    found.factor = std::max(found.factor, std::sqrt(slow.variance / nominal));
+  found.misfit = slow.misfit;
+  return found;
+}
+
+void add_bends(const std::vector<double>& series, std::vector<double>& bends) {
+  for (std::size_t i = 2; i < series.size(); ++i)
+    bends.push_back(series[i] - 2.0 * series[i - 1] + series[i - 2]);
+}
+
+// Robust scatter of second differences, over that of independent ones of sigma one. One where they
+// are too few.
+double scatter_of_bends(std::vector<double> bends) {
   constexpr std::size_t kFewest = 6;
+  return bends.size() < kFewest ? 1.0 : robust_sigma(std::move(bends)) / std::sqrt(6.0);
+}
+
+// Of what changes from frame to frame in each lamp's residuals.
+double quick_scatter(const GeometryProblem& problem, const Eigen::VectorXd& residual) {
   std::vector<double> bends;
   for (const bool left : {true, false}) {
     std::vector<double> own;
     for (std::size_t i = 0; i < problem.lamps.size(); ++i)
       if ((problem.lamps[i].side >= 0.0) == left)
         own.push_back(residual[static_cast<Eigen::Index>(i)]);
-    for (std::size_t i = 2; i < own.size(); ++i)
-      bends.push_back(own[i] - 2.0 * own[i - 1] + own[i - 2]);
+    add_bends(own, bends);
   }
-  if (bends.size() < kFewest) return 1.0;
-  return robust_sigma(std::move(bends)) / std::sqrt(6.0);
+  return scatter_of_bends(std::move(bends));
+}
+
+// Of how far apart the two lamps of each frame are seen, image u, by its nominal sigma.
+std::vector<double> apart_residuals(const GeometryProblem& problem,
+                                    const Eigen::Matrix2Xd& residuals) {
+  std::vector<double> found;
+  for (std::size_t i = 0; i + 1 < problem.lamps.size(); ++i) {
+    const LampObservation& one = problem.lamps[i];
+    const LampObservation& other = problem.lamps[i + 1];
+    if (one.sighting != other.sighting) continue;
+    const auto column = static_cast<Eigen::Index>(i++);
+    found.push_back(
+        (one.sigma.x() * residuals(0, column) - other.sigma.x() * residuals(0, column + 1)) /
+        std::hypot(one.sigma.x(), other.sigma.x()));
+  }
+  return found;
 }
 
 // Of what the frames that show both lamps say, each by its squared length: the mean, and by how
@@ -160,7 +205,31 @@ Tilt tilt_of(const GeometryProblem& problem, const Eigen::Matrix2Xd& residuals) 
   return found;
 }
 
+// As each axis is judged below.
+void judge_apart(const GeometryProblem& problem, const Eigen::Matrix2Xd& residuals,
+                 ResidualCheck& check) {
+  constexpr std::size_t kFewest = 8;
+  const std::vector<double> apart = apart_residuals(problem, residuals);
+  if (apart.size() < kFewest) return;
+  std::vector<double> bends;
+  add_bends(apart, bends);
+  check.quick_apart_factor = std::max(1.0, scatter_of_bends(std::move(bends)));
+  const double robust = std::max(robust_sigma(apart), 1e-12);
+  const Eigen::VectorXd tamed =
+      Eigen::Map<const Eigen::VectorXd>(apart.data(), static_cast<Eigen::Index>(apart.size()))
+          .cwiseMin(3.0 * robust)
+          .cwiseMax(-3.0 * robust);
+  const Judged judged = judge(tamed, static_cast<double>(tamed.size()), robust, 0.0);
+  check.apart_factor = judged.factor;
+  check.apart_misfit = judged.misfit;
+}
+
 }  // namespace
+
+void ResidualCheck::widen(double times, const GeometryProblem& problem) {
+  sigma_factor = sigma_factor.cwiseMax(times * problem.sigma_factor);
+  apart_factor = std::max(apart_factor, times * problem.apart_factor);
+}
 
 ResidualCheck check_residuals(const GeometryProblem& problem, const PathVector& parameters,
                               double focal_px) {
@@ -175,25 +244,16 @@ ResidualCheck check_residuals(const GeometryProblem& problem, const PathVector& 
         residuals.row(axis).transpose().cwiseMin(3.0 * robust[axis]).cwiseMax(-3.0 * robust[axis]);
     check.quick_factor[axis] =
         std::max(1.0, quick_scatter(problem, residuals.row(axis).transpose()));
-    const double lamps = lamp_correlation(problem, tamed);
-    const Eigen::VectorXd frames = frame_means(problem, tamed);
-    const double correlated = correlation_factor(lamps, frames);
-    const double freedom = std::max(0.25 * n, n - kUnknownsPerAxis * correlated);
-    const double scatter = robust[axis] * std::sqrt(n / freedom);
-    check.sigma_factor[axis] = std::max(1.0, scatter) * std::sqrt(correlated);
-    // As much again where slow structure stands out that neither scatter nor correlation explains.
-    constexpr double kStandsOut = 2.0;  // one axis in sixteen by chance
-    const double nominal = static_cast<double>(frames.size()) / n;
-    const Slow slow = slow_structure(frames, nominal);
-    if (slow.misfit > kStandsOut)
-      check.sigma_factor[axis] =
-          std::max(check.sigma_factor[axis], std::sqrt(slow.variance / nominal));
-    check.misfit = std::max(check.misfit, slow.misfit);
+    const Judged judged =
+        judge(frame_means(problem, tamed), n, robust[axis], lamp_correlation(problem, tamed));
+    check.sigma_factor[axis] = judged.factor;
+    check.misfit = std::max(check.misfit, judged.misfit);
     Eigen::VectorXd error(residuals.cols());
     for (Eigen::Index i = 0; i < residuals.cols(); ++i)
       error[i] = residuals(axis, i) * problem.lamps[static_cast<std::size_t>(i)].sigma[axis];
     check.scatter_px[axis] = robust_sigma_of(error) * focal_px;
   }
+  judge_apart(problem, residuals, check);
   constexpr double kOutlier = 4.0;
   int outliers = 0;
   for (Eigen::Index i = 0; i < residuals.cols(); ++i)

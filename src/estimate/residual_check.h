@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "estimate/geometry_fit.h"
@@ -16,14 +17,22 @@ struct ResidualCheck {
   /// Factor that the scatter from frame to frame alone asks for, which no motion of a vehicle
   /// makes.
   Eigen::Vector2d quick_factor = Eigen::Vector2d::Ones();
+  /// As sigma_factor, and as quick_factor, of how far apart the two lamps of a frame are seen,
+  /// image u; infinite where too few frames show both.
+  double apart_factor = std::numeric_limits<double>::infinity();
+  double quick_apart_factor = std::numeric_limits<double>::infinity();
   /// Slow structure over what quicker noise explains, as variances: about 1 where the vehicle moves
   /// as the model says, 0 where the frames are too few to tell.
   double misfit = 0.0;
+  double apart_misfit = 0.0;  ///< the same of how far apart they are seen
   /// By which the line through both lamps leaves the level for a camera that rolls by its mean,
   /// rad; none where no frame shows both.
   Uncertain tilt_rad;
   /// By how much that changes from the first to the last of these frames, rad.
   Uncertain tilt_change_rad;
+
+  /// Lets the factors be at least `times` those of `problem`.
+  void widen(double times, const GeometryProblem& problem);
 };
 
 /// `focal_px` turns normalised errors into pixels. Needs at least one observation.

@@ -379,8 +379,8 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
   const bool doubtful = !first.steady() || factor > kDoubtful;
   // One that wanders on a bend looks steady and slower or faster than it is.
   const bool leaves = leaves_lane(first, site);
-  const bool crosses =
-      (leaves && in_another_lane(INFINITY)) || (ahead && doubtful && in_another_lane(factor));
+  const bool crosses = (leaves && in_another_lane(INFINITY)) ||
+                       (ahead && doubtful && !first.told_apart() && in_another_lane(factor));
   if (leaves && !crosses && first.steady()) {
     warnings.push_back(
         "it leaves the line of its lane as no change of lanes explains: check the "
@@ -406,9 +406,7 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
       first = std::move(*best);
       first.trajectory.part = true;
       constexpr double kByChance = 2.5;  // of up to seven parts
-      if (most.sigmas > kByChance)
-        first.check.sigma_factor =
-            first.check.sigma_factor.cwiseMax(most.sigmas * first.trajectory.problem.sigma_factor);
+      if (most.sigmas > kByChance) first.check.widen(most.sigmas, first.trajectory.problem);
       warnings.push_back("its motion or its lamps change in view: " +
                          measured_alone(first.trajectory.from_s, first.trajectory.to_s));
     }
@@ -423,6 +421,7 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
              ? "the headlamps' mean was taken with a std of at least 0.2 m"
              : "their lengths are unknown, as those of headlamps are"));
   seen.problem.sigma_factor = first.check.sigma_factor.cwiseMax(1.0);
+  seen.problem.apart_factor = first.check.apart_factor;
   const auto level = [&](std::vector<Trajectory> found) -> Outcome<std::vector<Trajectory>> {
     const auto two_vehicles = of_two_vehicles(found.front(), first.check);
     if (!two_vehicles) return found;
