@@ -12,7 +12,8 @@ namespace vildar {
 class RepeatedFrames {
  public:
   /// Whether `frame` repeats the last one that did not. Frames in order of time. Lights that stand,
-  /// or move within their noise, tell nothing: such a frame repeats none.
+  /// or move within their noise, tell nothing: such a frame repeats none, nor does one in which a
+  /// light stands anew that is seen about as sharply as those that moved.
   bool repeats(const BlobFrame& frame);
 
  private:
@@ -22,6 +23,7 @@ class RepeatedFrames {
     Eigen::Vector2d velocity_sigma_px_per_s = Eigen::Vector2d::Zero();
     double reach_px = 0.0;
     bool followed = false;  ///< it has a velocity
+    int came_from = 0;      ///< how many of the frame before it may be
   };
 
   static std::vector<Light> lights_of(const BlobFrame& frame);
