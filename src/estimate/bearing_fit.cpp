@@ -122,7 +122,8 @@ Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView&
   let_springs_work(problem);
   problem.setting.ego_unsure =
       std::ranges::any_of(problem.ego_unknowns, [](const Uncertain& one) { return one.std > 0.0; });
-  if (!ego.moving() && wanders == Along::road) let_weave(problem);
+  const bool weaves = !ego.moving() && wanders == Along::road;
+  if (weaves) let_weave(problem, usual_range_m(paths));
   std::vector<std::pair<double, PathVector>> starts;
   for (const RoughPath& path : paths)
     for (const Look look : {Look::as_told, Look::by_path}) {
@@ -133,10 +134,13 @@ Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView&
   if (starts.empty()) return Miss::not_on_road;
   std::sort(starts.begin(), starts.end(),
             [](const auto& a, const auto& b) { return a.first < b.first; });
+  constexpr double kSameRange = 0.05;  // relative
   const double explained = 4.0 * static_cast<double>(problem.lamps.size());
   Outcome<GeometryFit> best = Miss::not_converged;
+  double best_start = 0.0;
   for (const auto& [cost, start] : starts) {
     std::vector<AccelerationStep> steps;
+    if (weaves) let_weave(problem, std::exp(start[kLogScale]));
     const auto outcome = wanders == Along::across
                              ? fit_crossing(problem, ego, view.frames, start, steps)
                              : fit_geometry(problem, start);
@@ -144,11 +148,18 @@ Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView&
     const GeometryFit* known = std::get_if<GeometryFit>(&best);
     if (!known || (fit && fit->cost < known->cost)) {
       best = outcome;
+      best_start = start[kLogScale];
       problem.setting.steps = std::move(steps);
     }
     if (fit && fit->cost < explained) break;
   }
-  return best;
+  const GeometryFit* fit = std::get_if<GeometryFit>(&best);
+  if (!weaves || !fit) return best;
+  const double scale = fit->parameters[kLogScale];
+  let_weave(problem, std::exp(scale));
+  if (std::abs(scale - best_start) < kSameRange) return best;
+  const auto again = fit_geometry(problem, fit->parameters);
+  return std::holds_alternative<GeometryFit>(again) ? again : best;
 }
 
 struct Bearings {
@@ -202,7 +213,7 @@ bool BearingFit::told_apart() const {
 bool BearingFit::leaves_lane() const {
   constexpr double kMostWeave = 16.0;  // chi-square of six curves: one in seventy by chance
   const GeometryProblem& problem = trajectory.problem;
-  if (!problem.setting.weaves) return false;
+  if (!problem.setting.weaves || problem.setting.bend == 0.0) return false;
   double chi2 = 0.0;
   for (int i = kOwnSwing; i < kPathParameters; ++i) {
     const Uncertain& prior = problem.ego_unknowns[static_cast<std::size_t>(i - kHeading)];

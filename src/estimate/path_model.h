@@ -33,7 +33,8 @@ enum PathParameter : int {
   kHeading,   ///< of the camera's own vehicle off the road's at the reference time, rad
   kEgoDelay,  ///< to be added to the stamps of the trace of its motion, s
   kSquat,     ///< pitch of the camera per own acceleration, nose up: positive, rad per m/s^2
-  kOwnSwing,  ///< first of OwnWay's swings, or of the vehicle's own weave, m, where it weaves
+  kOwnSwing,  ///< first of OwnWay's swings, m, or, where the vehicle itself weaves, of its way over
+              ///< X
   kPathParameters = kOwnSwing + kOwnSwings,
 };
 using PathVector = Eigen::Matrix<double, kPathParameters, 1>;
@@ -265,7 +266,7 @@ Eigen::Matrix<T, 3, 1> lamp_from_camera_m(const T* p, const PathSetting& setting
   if (side != 0.0 || setting.weaves) {
     T offset_m = side == 0.0 ? T(0.0) : side * scale_m * exp(p[kLogSeparation]);
     for (int k = 0; setting.weaves && k < kOwnSwings; ++k)
-      offset_m += p[kOwnSwing + k] * ego.by_swing[static_cast<std::size_t>(k)].left_m;
+      offset_m += scale_m * p[kOwnSwing + k] * ego.by_swing[static_cast<std::size_t>(k)].left_m;
     if (setting.bend != 0.0) {
       T faces_rad = place.heading_rad;
       if (setting.crosses()) faces_rad -= left_per_ahead(p, setting, tau_s);

@@ -102,10 +102,10 @@ struct RecursiveFit::Filter {
     fit.covariance = slopes * fit.covariance * slopes.transpose();
     const double jerk = options.jerk_mps2_per_root_s / (share * scale_m);
     fit.covariance(kAcceleration, kAcceleration) += jerk * jerk * std::max(0.0, time_s - last_s);
-    if (problem.setting.bend != 0.0) {
+    if (weave_counts(problem)) {
       const double weave = kWeave_m / (share * scale_m);
       fit.covariance(kLateral, kLateral) +=
-          2.0 * weave * weave * std::max(0.0, time_s - last_s) / kWeavesAlike_s;
+          2.0 * weave * weave * std::max(0.0, time_s - last_s) / weaves_alike_s(problem.setting);
     }
     problem.reference_s = time_s;
   }

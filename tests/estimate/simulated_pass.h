@@ -59,7 +59,7 @@ struct Vehicle {
   double separation_m = 1.25;
   std::vector<AccelerationChange> changes{};
   LaneChange lane_change{};  ///< on a bend at the same speed; in view on the bend alone, from t = 0
-  Weave weave{};             ///< on a curved one; too slow to turn the vehicle
+  Weave weave{};             ///< too slow to turn the vehicle
 
   double along_at_m(double t_s) const {
     double to_go_m = along_m - speed_mps * t_s - 0.5 * acceleration_mps2 * t_s * t_s;
@@ -97,7 +97,8 @@ inline double beta_at_rad(const Vehicle& vehicle, double radius_m, double sign, 
 /// the road's; written out from the circle's centre, apart from the code under test.
 inline Lamps lamps_at(const Vehicle& vehicle, const RoadSite& road, double t_s) {
   const double s_m = vehicle.along_at_m(t_s);
-  Eigen::Vector2d middle(s_m, vehicle.lateral_m + vehicle.lane_change.left_m(t_s)), left(0.0, 1.0);
+  const double aside_m = vehicle.weave.left_at_m(t_s) + vehicle.lane_change.left_m(t_s);
+  Eigen::Vector2d middle(s_m, vehicle.lateral_m + aside_m), left(0.0, 1.0);
   if (const double left_mps = vehicle.lane_change.left_mps(t_s); left_mps != 0.0)
     left = Eigen::Vector2d(left_mps / vehicle.speed_at_mps(t_s), 1.0).normalized();
   if (road.kind == RoadKind::curved && s_m > road.straight_m.mean) {
@@ -108,7 +109,6 @@ inline Lamps lamps_at(const Vehicle& vehicle, const RoadSite& road, double t_s) 
     const double beta_rad = crosses ? beta_at_rad(vehicle, radius_m, sign, t_s)
                                     : (s_m - road.straight_m.mean) / radius_m;
     const Eigen::Vector2d outward(std::sin(beta_rad), -sign * std::cos(beta_rad));
-    const double aside_m = vehicle.weave.left_at_m(t_s) + vehicle.lane_change.left_m(t_s);
     const double turns = vehicle.lane_change.left_mps(t_s) / vehicle.speed_at_mps(t_s);
     const Eigen::Vector2d away(std::cos(beta_rad), sign * std::sin(beta_rad));
     middle = centre + (radius_m - sign * aside_m) * outward;

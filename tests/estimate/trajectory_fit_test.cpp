@@ -79,8 +79,8 @@ TEST(TrajectoryFit, AFarLampThatIsBlendedWithAFollowersGivesNoWrongSpeed) {
   constexpr simulated::Vehicle kFromFar{36.0, 0.0, 155.0, -4.0, 0.65, 1.2};
   constexpr simulated::View kLong{.to_s = 4.0, .sigma_px = 0.1};
   constexpr double kBoth_s = 1.0;
-  // The lengths are what the site expects on average, so 3.5 sigmas of the shape alone.
-  constexpr double kShape_mps = 0.3;
+  // The lengths are what the site expects on average: what is off is of the shape alone.
+  constexpr double kMostSigmas = 3.5, kMostShape = 0.02;
   const Site site = simulated::mast_site(1.3);
   for (const double off_px : {-2.0, 2.5})
     for (const double parted_s : {2.3, 2.5, 2.7}) {
@@ -93,7 +93,9 @@ TEST(TrajectoryFit, AFarLampThatIsBlendedWithAFollowersGivesNoWrongSpeed) {
       }
       const VehicleResult result = estimate_vehicle(track, site, {}).result;
       if (result.withheld) continue;
-      EXPECT_NEAR(result.speed.speed_mps, kFromFar.speed_at_mps(result.speed.time_s), kShape_mps);
+      EXPECT_LT(result.budget->shape, kMostShape);
+      EXPECT_NEAR(result.speed.speed_mps, kFromFar.speed_at_mps(result.speed.time_s),
+                  kMostSigmas * result.budget->shape * result.speed.speed_mps);
     }
 }
 
