@@ -7,6 +7,7 @@
 #include "capture/photodiode_csv.h"
 #include "capture/photodiode_sound.h"
 #include "condition/condition.h"
+#include "condition/noise.h"
 #include "core/error.h"
 #include "core/text.h"
 
@@ -118,6 +119,22 @@ void judge_coupling(const PowerTrace& trace, const std::string& file) {
                      "itself (coupled for direct current)");
 }
 
+/// A transimpedance amplifier turns the sign of the light.
+void warn_of_inversion(const PowerTrace& trace, const std::string& file, RunSummary& summary) {
+  constexpr double kFew = 0.001, kClear = 20.0, kFarMore = 5.0;
+  std::vector<double> power_w(trace.power_w.begin(), trace.power_w.end());
+  if (power_w.empty()) return;
+  const double usual_w = quantile_of(power_w, 0.5);
+  const double down_w = usual_w - quantile_of(power_w, kFew);
+  const double up_w = quantile_of(power_w, 1.0 - kFew) - usual_w;
+  if (down_w < kClear * trace.noise_sigma_w || down_w < kFarMore * up_w) return;
+  summary.warnings.push_back(file + ": " + trace.photodiode_id + " falls by " +
+                             fixed_text(down_w / std::max(up_w, trace.noise_sigma_w), 0) +
+                             " times as much as it rises, where vehicles make it rise; if its "
+                             "amplifier inverts, record it "
+                             "with the other sign");
+}
+
 /// What the site file leaves open of photodiodes that are used together.
 void warn_of_open_site(const std::vector<PowerTrace>& traces, const Site& site,
                        const std::string& file, RunSummary& summary) {
@@ -197,6 +214,7 @@ std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
     for (const PowerTrace& trace : traces) {
       judge_rate(trace, file, summary);
       judge_coupling(trace, file);
+      warn_of_inversion(trace, file, summary);
     }
     for (const PowerTrace& trace : traces) {
       summary.traces.push_back(summary_of(trace));
