@@ -75,6 +75,16 @@ void keep_own_light(PowerSeries& series, double others_w) {
   series.background_std_w = std::hypot(series.background_std_w, others_w);
 }
 
+// Of what begins with a good part of its brightest light only the peak is left: there lamps are
+// least alike, and any of another beam looks like one that drives slower or faster.
+bool begins_near(const PowerSeries& series) {
+  constexpr double kMostAtFirst = 0.25;
+  constexpr Eigen::Index kFirst = 10;
+  const Eigen::Map<const Eigen::VectorXd> power_w(series.power_w.data(),
+                                                  std::ssize(series.power_w));
+  return power_w.head(kFirst).mean() > kMostAtFirst * power_w.maxCoeff();
+}
+
 // At its peak brighter than a lamp abreast may be by the law and what is not known of its gain and
 // of its place, by how many times.
 std::optional<double> times_too_bright(const PowerCase& known, double peak_w) {
@@ -99,7 +109,7 @@ std::optional<Miss> lack_of_own_light(VehicleLight& light, double others_w) {
   if (others_w > 0.0) {
     keep_own_light(light.series, others_w);
     light.cleared = light.series;  // light of others is no level that a fit could tell
-    if (series.time_s.size() < kFewest) return Miss::several_vehicles;
+    if (series.time_s.size() < kFewest || begins_near(series)) return Miss::several_vehicles;
   }
   if (series.time_s.back() - series.time_s.front() < kShortest_s) return Miss::too_short;
   return std::nullopt;

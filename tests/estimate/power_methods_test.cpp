@@ -2,16 +2,20 @@
 
 #include <gtest/gtest.h>
 
+#include "diode_pass.h"
 #include "estimate/photodiode_speed.h"
-#include "estimate/vehicle.h"
-#include "simulated_power.h"
+#include "geometry_pass.h"
 
 namespace vildar {
 namespace {
 
 using simulated::Diode;
+using simulated::diode_site;
 using simulated::kTypical;
 using simulated::mast_site;
+using simulated::matching_diode;
+using simulated::method_of;
+using simulated::speed_of;
 using simulated::trace_of;
 using simulated::track_of;
 using simulated::Vehicle;
@@ -19,44 +23,6 @@ using simulated::View;
 
 // Frames are few in these tests to keep the trajectory fit short.
 constexpr View kExactView{.to_s = 2.0, .frame_rate_hz = 15.0, .sigma_px = 1e-7};
-constexpr double kGain_db = -45.0;
-
-Site diode_site() {
-  Site site = mast_site(4.0);
-  site.road.lanes[0].lateral_m.std = 0.05;
-  site.lamps.height_m->std = 0.02;
-  site.photodiodes.resize(1);
-  site.photodiodes[0].id = "pd0";
-  site.photodiodes[0].position_m = {Uncertain{0.0, 0.0}, Uncertain{0.0, 0.0}, Uncertain{4.0, 0.0}};
-  site.channel = ChannelSite{};
-  site.channel->gain_db = Uncertain{kGain_db, 0.0};
-  site.channel->path_loss_exponent = Uncertain{1.8, 0.0};
-  return site;
-}
-
-Diode matching_diode() {
-  Diode diode;
-  diode.gain_w = std::pow(10.0, 0.1 * kGain_db);
-  diode.path_loss_exponent = 1.8;
-  diode.ambient_w = 1e-8;
-  diode.noise_w = 1e-12;
-  return diode;
-}
-
-const MethodResult& method_of(const VehicleResult& result, Method method) {
-  for (const MethodResult& row : result.methods)
-    if (row.method == method) return row;
-  throw std::out_of_range("method missing from the result");
-}
-
-double speed_of(const MethodResult& row) {
-  if (const Miss* miss = std::get_if<Miss>(&row.speed)) {
-    ADD_FAILURE() << name_of(*miss);
-    return 0.0;
-  }
-  return std::get<SpeedEstimate>(row.speed).speed_mps;
-}
-
 VehicleResult measured(const Site& site, const View& view, const PowerTrace* trace = nullptr,
                        bool shared = false) {
   Random random(1);
@@ -299,6 +265,25 @@ TEST(Pass, LightOfTheVehicleBeforeIsLeftOutWhereItIsSeenLonger) {
   const VehicleResult result = estimate_pass(pass, 1, site, {&trace, 1});
   for (const Method method : {Method::power_slope_photodiode, Method::ml_photodiode})
     EXPECT_NEAR(speed_of(method_of(result, method)), kTypical.speed_mps, 1.0) << name_of(method);
+}
+
+// Beside lamps that drive away only the peak is its own, where lamps are least alike.
+TEST(Pass, WhoseLightIsItsOwnOnlyNearItsPeakHasNoSpeedByTheLaw) {
+  const Site site = diode_site();
+  Random random(1);
+  const PowerTrace trace = trace_of(kTypical, site, matching_diode(), random);
+  const double peak_w = *std::ranges::max_element(trace.power_w) - trace.ambient_w;
+  const auto with_others = [&](double share) {
+    PowerPass pass{-0.5, 2.5, 2.4};
+    pass.others_w = share * peak_w;
+    return estimate_pass(pass, 1, site, {&trace, 1});
+  };
+  for (const Method method : {Method::power_slope_photodiode, Method::ml_photodiode}) {
+    EXPECT_NEAR(speed_of(method_of(with_others(0.003), method)), kTypical.speed_mps, 1.0)
+        << name_of(method);
+    EXPECT_EQ(std::get<Miss>(method_of(with_others(0.02), method).speed), Miss::several_vehicles)
+        << name_of(method);
+  }
 }
 
 TEST(Pass, WithoutAGainOtherVehiclesAreNotToBlame) {
