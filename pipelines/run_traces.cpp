@@ -131,8 +131,7 @@ void warn_of_inversion(const PowerTrace& trace, const std::string& file, RunSumm
   summary.warnings.push_back(file + ": " + trace.photodiode_id + " falls by " +
                              fixed_text(down_w / std::max(up_w, trace.noise_sigma_w), 0) +
                              " times as much as it rises, where vehicles make it rise; if its "
-                             "amplifier inverts, record it "
-                             "with the other sign");
+                             "amplifier inverts, record it with the other sign");
 }
 
 /// What the site file leaves open of photodiodes that are used together.

@@ -228,6 +228,13 @@ TEST_F(BrokenTrace, StampsThatAreNoSecondsAreNamed) {
   expect_told(run_trace(text(all)), 0, {"pd0 has 50.0 samples a second by its stamps"});
 }
 
+TEST_F(BrokenTrace, LightThatGoesDownSaysSo) {
+  std::vector<Row> all = rows();
+  for (Row& row : all) row.power_w = number_text(1e-6 - std::stod(row.power_w));
+  expect_told(run_trace(text(all)), 0, {"times as much as it rises", "if its amplifier inverts"});
+  EXPECT_EQ(run_trace(text(rows())).err.find("inverts"), std::string::npos);
+}
+
 TEST_F(BrokenTrace, OneThatRunsBackwardsSaysSo) {
   std::vector<Row> all = rows();
   std::ranges::reverse(all);
