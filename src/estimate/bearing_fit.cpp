@@ -295,7 +295,8 @@ Outcome<BearingFit> fit_way(const VehicleTrack& track, const Camera& camera, con
   Eigen::Vector2d in_one_motion;  // what a fit of constant acceleration asks for
   // Where the camera shakes slowly both lamps move together, and a way that follows where they are
   // seen follows the shake. How far apart they are seen tells the motion then, and by that motion
-  // what the shake is: but for what the pose, which less and less is seen of, leaves besides.
+  // what the shake is; within bounds, for the less the places count, the further from them do the
+  // priors draw the pose.
   const auto follow_apart = [&] {
     constexpr int kFollowed = 4;
     constexpr double kContradicts = 2.0, kFarLess = 0.5, kMostGrowth = 2.0, kSettledFactor = 1.2;
