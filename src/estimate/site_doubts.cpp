@@ -90,7 +90,8 @@ void doubt_the_view(std::span<const VehicleResult> vehicles, std::vector<std::st
       std::to_string(elsewhere.count) + " of " + std::to_string(elsewhere.of) +
       " vehicles do not move as on the road stated, seen from the camera stated: check "
       "the camera's position_m, yaw_deg, pitch_deg and focal_px, the lanes, and "
-      "road.kind, turn, straight_m and radius_m");
+      "road.kind, turn, straight_m and radius_m; a stand that sways does the same: stay it, "
+      "or keep lights that stand in its view for the whole clip, above the road best");
 }
 
 void doubt_the_lanes(std::span<const VehicleResult> vehicles, const RoadSite& road,
