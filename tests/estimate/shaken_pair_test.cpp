@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimate/bearing_fit.h"
 #include "geometry_pass.h"
 #include "support/trials.h"
 
@@ -24,6 +25,40 @@ void shake(VehicleTrack& track, const Eigen::Vector2d& by_px, Random& random) {
     for (auto* lamp : {&sighting.left, &sighting.right})
       if (*lamp) (*lamp)->centre_px += by_px.cwiseProduct(at);
   }
+}
+
+// An error that both lamps of a frame share costs by one factor, one by which they part by another.
+TEST(ShakenPair, CommonAndPartingErrorsCostByTheirFactors) {
+  constexpr double kTogether = 10.0, kApart = 2.0, kSmall = 0.5;  // sigmas, none is softened
+  const Site site = mast_site(4.0);
+  Random random(1);
+  const auto outcome =
+      fit_bearings(track_of(Vehicle{}, site, View{}, random), Camera(*site.camera), site);
+  ASSERT_TRUE(std::holds_alternative<BearingFit>(outcome));
+  const Trajectory& seen = std::get<BearingFit>(outcome).trajectory;
+  GeometryProblem problem = seen.problem;
+  const PathVector& path = seen.fit.parameters;
+  const Eigen::Matrix2Xd off = bearing_residuals(problem, path);
+  for (std::size_t i = 0; i < problem.lamps.size(); ++i)
+    problem.lamps[i].normalized +=
+        off.col(static_cast<Eigen::Index>(i)).cwiseProduct(problem.lamps[i].sigma);
+  problem.sigma_factor = {kTogether, kTogether};
+  problem.apart_factor = kApart;
+  const std::size_t first = 10;
+  ASSERT_EQ(problem.lamps[first].sighting, problem.lamps[first + 1].sighting);
+  const auto cost_of = [&](double one, double other) {
+    GeometryProblem moved = problem;
+    moved.lamps[first].normalized.x() += one * moved.lamps[first].sigma.x();
+    moved.lamps[first + 1].normalized.x() += other * moved.lamps[first + 1].sigma.x();
+    const auto cost = geometry_cost(moved, path);
+    const auto residuals = geometry_residuals(moved, path, free_parameters(moved), Slopes::of_path);
+    EXPECT_TRUE(cost && residuals);
+    EXPECT_NEAR(*cost, residuals->cost, 1e-9 * *cost);
+    return *cost;
+  };
+  const double exact = cost_of(0.0, 0.0);
+  EXPECT_NEAR(cost_of(kSmall, kSmall) - exact, std::pow(kSmall / kTogether, 2), 1e-9);
+  EXPECT_NEAR(cost_of(kSmall, -kSmall) - exact, std::pow(kSmall / kApart, 2), 1e-9);
 }
 
 // How far apart its lamps are seen tells what one ahead does, whatever the camera does: the frames
