@@ -33,8 +33,8 @@ enum PathParameter : int {
   kHeading,   ///< of the camera's own vehicle off the road's at the reference time, rad
   kEgoDelay,  ///< to be added to the stamps of the trace of its motion, s
   kSquat,     ///< pitch of the camera per own acceleration, nose up: positive, rad per m/s^2
-  kOwnSwing,  ///< first of OwnWay's swings, m, or, where the vehicle itself weaves, of its way over
-              ///< X
+  kOwnSwing,  ///< first of OwnWay's swings, or, where the vehicle itself weaves, of its way, m; on
+              ///< a straight road over X
   kPathParameters = kOwnSwing + kOwnSwings,
 };
 using PathVector = Eigen::Matrix<double, kPathParameters, 1>;
@@ -265,8 +265,9 @@ Eigen::Matrix<T, 3, 1> lamp_from_camera_m(const T* p, const PathSetting& setting
   T x_m = place.x_m, y_m = place.y_m - left_m;
   if (side != 0.0 || setting.weaves) {
     T offset_m = side == 0.0 ? T(0.0) : side * scale_m * exp(p[kLogSeparation]);
+    const T weaves_by_m = setting.bend != 0.0 ? T(1.0) : scale_m;
     for (int k = 0; setting.weaves && k < kOwnSwings; ++k)
-      offset_m += scale_m * p[kOwnSwing + k] * ego.by_swing[static_cast<std::size_t>(k)].left_m;
+      offset_m += weaves_by_m * p[kOwnSwing + k] * ego.by_swing[static_cast<std::size_t>(k)].left_m;
     if (setting.bend != 0.0) {
       T faces_rad = place.heading_rad;
       if (setting.crosses()) faces_rad -= left_per_ahead(p, setting, tau_s);

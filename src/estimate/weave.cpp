@@ -18,11 +18,12 @@ void let_weave(GeometryProblem& problem, double scale_m) {
   if (problem.lamps.empty() || !weave_counts(problem)) return;
   const auto [first, last] = std::ranges::minmax(problem.lamps, {}, &LampObservation::time_s);
   if (!(first.time_s < last.time_s)) return;
+  const double by_m = problem.setting.bend != 0.0 ? 1.0 : scale_m;
   const HeadingSwings weave({first.time_s, last.time_s}, weaves_alike_s(problem.setting));
   for (int k = 0; k < kOwnSwings; ++k) {
     const double std_m = kWeave_m * std::sqrt(weave.variances()[k]);
     problem.ego_unknowns[static_cast<std::size_t>(kOwnSwing - kHeading + k)] = {
-        0.0, std_m > kLeast_m ? std_m / scale_m : 0.0};
+        0.0, std_m > kLeast_m ? std_m / by_m : 0.0};
   }
   for (std::size_t i = 0; i < problem.lamps.size(); ++i) {
     const HeadingSwings::Values left = weave.heading_at(problem.lamps[i].time_s);

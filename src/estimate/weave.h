@@ -17,9 +17,10 @@ bool weave_counts(const GeometryProblem& problem);
 
 /// A vehicle's way to and fro within its lane looks like another speed where its bearing across the
 /// road tells the range, and beside a bend like another radius: its curves, by HeadingSwings,
-/// become unknowns of the fit, in place of the own vehicle's. They are of the range over `scale_m`,
-/// as if it was known, so that how far one weaves does not tell how far off he is. Nothing where
-/// weave_counts() says no.
+/// become unknowns of the fit, in place of the own vehicle's. On a straight road they are of the
+/// range over `scale_m`, as if it was known, so that how far one weaves does not tell how far off
+/// he is; on a bend, where one who leaves his lane is told by how far he goes, they are metres.
+/// Nothing where weave_counts() says no.
 void let_weave(GeometryProblem& problem, double scale_m);
 
 }  // namespace vildar
