@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <vector>
 
 #include <Eigen/Core>
+
+#include "estimate/offset.h"
 
 namespace vildar {
 namespace {
@@ -55,6 +58,20 @@ bool goes_on_as(const VehicleEstimate& earlier, const VehicleEstimate& later) {
     });
   }
   return met > 0 && met == std::min(expected_lamps, seen_lamps);
+}
+
+bool comes_out_again(const VehicleEstimate& earlier, const VehicleEstimate& later) {
+  constexpr double kLongest_s = 1.5, kMostOff_m = 3.0, kMostBeside_m = 1.2, kMostSigma_m = 5.0;
+  if (earlier.trajectories.empty() || later.trajectories.empty() ||
+      earlier.result.direction != later.result.direction)
+    return false;
+  const Trajectory &a = earlier.trajectories.front(), &b = later.trajectories.front();
+  const double from_s = earlier.result.t_last_s, to_s = later.result.t_first_s;
+  if (to_s <= from_s || to_s - from_s > kLongest_s || a.lamps != b.lamps || a.lane != b.lane)
+    return false;
+  const Offset off = scaled_offset_at(earlier, later, 0.5 * (from_s + to_s));
+  return off.sigma_m < kMostSigma_m && std::abs(off.along_m) < kMostOff_m &&
+         std::abs(off.beside_m) < kMostBeside_m;
 }
 
 }  // namespace vildar

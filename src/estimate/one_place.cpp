@@ -13,32 +13,12 @@
 #include "estimate/goes_on.h"
 #include "estimate/line_fit.h"
 #include "estimate/mixture.h"
+#include "estimate/offset.h"
 
 namespace vildar {
 namespace {
 
 constexpr double kLongestGap_s = 3.5;
-
-struct Offset {
-  double along_m, beside_m, sigma_m;  ///< along the way of the two, and across it
-};
-
-Offset offset_at(const VehicleEstimate& one, const VehicleEstimate& other, double time_s) {
-  constexpr double kStep_s = 0.05;
-  // What is left between two views of one vehicle beside the sigmas: another part of its body.
-  constexpr double kFloor_m = 0.5;
-  // Slower relative to the camera, which way it drives is not told; taken to be the road's.
-  constexpr double kLeast_mps = 3.0;
-  const MotionState a = mixed_state(one.trajectories, time_s);
-  const MotionState b = mixed_state(other.trajectories, time_s);
-  const MotionState later = mixed_state(one.trajectories, time_s + kStep_s);
-  const Eigen::Vector2d off_m(a.range_m - b.range_m, a.lateral_m - b.lateral_m);
-  Eigen::Vector2d way(later.range_m - a.range_m, later.lateral_m - a.lateral_m);
-  way = way.norm() > kLeast_mps * kStep_s ? Eigen::Vector2d(way.normalized())
-                                          : Eigen::Vector2d::UnitX();
-  return {off_m.dot(way), off_m.x() * way.y() - off_m.y() * way.x(),
-          std::hypot(a.range_std_m, b.range_std_m, kFloor_m)};
-}
 
 bool shows_pair(const VehicleSighting& sighting) { return sighting.left && sighting.right; }
 
@@ -450,7 +430,8 @@ void MeasuredVehicles::add(VehicleEstimate estimate) {
       continue;
     if (withhold_part(earlier, estimate) || withhold_part(estimate, earlier)) continue;
     const bool one = one_vehicle(earlier, estimate) || goes_on_as(earlier, estimate) ||
-                     goes_on_as(estimate, earlier);
+                     goes_on_as(estimate, earlier) || comes_out_again(earlier, estimate) ||
+                     comes_out_again(estimate, earlier);
     if (!one && !one_draws_the_other(earlier, estimate)) {
       withhold_side_light(earlier, estimate);
       withhold_side_light(estimate, earlier);
