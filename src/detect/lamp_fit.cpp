@@ -91,7 +91,8 @@ void LampFitter::gather(const FrameLight& light, std::span<const LampGuess> gues
                   other.centre_px - samples_.origin_px, other.flux);
   }
   terms_set_ = 0;
-  accepted_.weight.resize(samples_.size());
+  // Both, for a climb may be done where it starts.
+  for (Rows* rows : {&accepted_, &trial_}) rows->resize(guesses.size(), samples_.size());
 }
 
 // As many of the background's terms as the attempt has.

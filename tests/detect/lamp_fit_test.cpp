@@ -138,6 +138,32 @@ TEST(LampFit, IsSoonDoneWithALampKnownFromTheLastPicture) {
   EXPECT_LE(bent, 4);  // 1 % each
 }
 
+// What a smaller lamp left behind is no room for the sums over a larger one's pixels.
+TEST(LampFit, OneThatIsDoneAtOnceKnowsWhatAnUnsureWingShareDoes) {
+  constexpr double kWingShareSigma = 0.003;
+  const LinearCamera camera;
+  LampPictures pictures(kGlare, kSize_px);
+  Random random(31);
+  const LampImage small = LampPictures::lamp(32.0, 32.2, 0.6, pictures.flux(0.6, 0.5));
+  const LampImage large = LampPictures::lamp(32.0, 32.2, 4.0, pictures.flux(4.0, 300.0));
+  const FrameLight faint = camera.expose(pictures.of({small}), kSize_px, random);
+  FrameLight bright = camera.expose(pictures.of({large}), kSize_px, random);
+  bright.coding = CodingErrors{.summed_px = 6.0};
+  LampGuess guess = guess_of(bright, 1.2);
+  const LampsFit anew = LampFitter(kGlare, kWingShareSigma).fit(bright, {{guess}}, false);
+  ASSERT_EQ(anew.lamps.size(), 1U);
+  guess.radius_px = anew.lamps[0].radius_px;
+  guess.flux = anew.lamps[0].flux;
+  guess.background = anew.background;
+  guess.centre_px = anew.lamps[0].centre_px;
+  LampFitter fitter(kGlare, kWingShareSigma);
+  ASSERT_EQ(fitter.fit(faint, {{guess_of(faint, 1.2)}}, false).lamps.size(), 1U);
+  const LampsFit& again = fitter.fit(bright, {{guess}}, false);
+  ASSERT_EQ(again.lamps.size(), 1U);
+  EXPECT_EQ(again.iterations, 0);
+  EXPECT_NEAR(again.lamps[0].flux_sigma, anew.lamps[0].flux_sigma, 0.01 * anew.lamps[0].flux_sigma);
+}
+
 TEST(LampFit, TwoLampsThatRunTogetherAreToldApart) {
   const LinearCamera camera;
   LampPictures pictures(kGlare, kSize_px);
