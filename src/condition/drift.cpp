@@ -1,6 +1,7 @@
 #include "condition/drift.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -181,6 +182,62 @@ void unmark_tails(Levels& levels) {
   });
 }
 
+/// Index of the first summit from `first` on to which the light over `floor_w` falls to half.
+template <class Iterator>
+std::ptrdiff_t first_summit(Iterator first, Iterator last, double floor_w) {
+  Iterator summit = first;
+  for (Iterator at = first; at != last && *at - floor_w > 0.5 * (*summit - floor_w); ++at)
+    if (*at > *summit) summit = at;
+  return summit - first;
+}
+
+/// Whether the light of a block over `floor_w` is that of the vehicle whose light is highest in
+/// block `peak`: over equal shares of the time that is left to its passing a power law grows by
+/// equal factors, and whatever lies under it makes the first of them smaller. `later(share)`: power
+/// at that share of the way from the block to the peak.
+template <class Later>
+bool grows_as_far_light(double power_w, double floor_w, Later later) {
+  constexpr double kHalf = 0.5, kQuarter = 0.75;  // of the time has passed: half, a quarter is left
+  // A law of exponent 0.4; beams and noise.
+  constexpr double kLeastGrowth = 0.75, kSlack = 1.1;
+  const double half_w = later(kHalf) - floor_w, quarter_w = later(kQuarter) - floor_w;
+  const double growth = half_w / quarter_w;
+  return quarter_w > 0.0 && growth < kLeastGrowth && power_w - floor_w < kSlack * growth * half_w;
+}
+
+/// Takes from dark stretches what the next vehicle lights from far away, or the last one still
+/// does: in dense traffic all but the darkest moments. Their own ends alone are too short then.
+void unmark_far_light(Levels& levels) {
+  const Levels found = levels;
+  const std::size_t n = found.dark.size();
+  // All of the trace, also where no stretch is long enough to be told dark; the least of many.
+  const double floor_w = std::ranges::min(found.power_w) + found.sigma_w;
+  const double lit_w = floor_w + kSigmas * found.sigma_w;
+  std::vector<std::size_t> before(n, n), after(n, n);
+  for_each_run(found, false, [&](std::size_t first, std::size_t last) {
+    const auto& power_w = found.power_w;
+    const std::size_t next =
+        first + static_cast<std::size_t>(first_summit(
+                    power_w.begin() + static_cast<std::ptrdiff_t>(first), power_w.end(), floor_w));
+    const std::size_t previous =
+        last - 1 -
+        static_cast<std::size_t>(first_summit(
+            power_w.rbegin() + static_cast<std::ptrdiff_t>(n - last), power_w.rend(), floor_w));
+    for (std::size_t i = last; i < n && found.dark[i]; ++i) before[i] = previous;
+    for (std::size_t i = first; i > 0 && found.dark[i - 1]; --i) after[i - 1] = next;
+  });
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!found.dark[i] || found.power_w[i] < lit_w) continue;
+    levels.dark[i] = std::ranges::none_of(std::array{before[i], after[i]}, [&](std::size_t peak) {
+      return peak < n && grows_as_far_light(found.power_w[i], floor_w, [&](double share) {
+               const double at = static_cast<double>(i) +
+                                 share * (static_cast<double>(peak) - static_cast<double>(i));
+               return found.power_w[static_cast<std::size_t>(std::lround(at))];
+             });
+    });
+  }
+}
+
 /// Times and levels to interpolate between.
 struct Curve {
   std::vector<double> time_s;
@@ -308,13 +365,19 @@ void remove_drift(PowerTrace& trace) {
   mark_floor(levels);
   mark_steady(levels);
   unmark_tails(levels);
+  const auto range_of = [](const Curve& curve) {
+    if (curve.level_w.empty()) return 0.0;
+    const auto [least, most] = std::ranges::minmax(curve.level_w);
+    return most - least;
+  };
   const Curve dark = dark_blocks(levels);
   if (dark.level_w.empty()) return;
   const double step_w = step_threshold_w(dark, levels);
   Curve curve = smoothed(dark, step_w);
-  const auto [least, most] = std::minmax_element(curve.level_w.begin(), curve.level_w.end());
-  const double range_w = *most - *least;
+  const double range_w = range_of(curve);
   if (!(range_w > kSigmas * levels.sigma_w)) return;
+  unmark_far_light(levels);
+  if (!(range_of(dark_blocks(levels)) > kSigmas * levels.sigma_w)) return;
   trace.drift_w = range_w;
   curve = without_mixed(curve, step_w);
   std::vector<double> sorted_w = curve.level_w;

@@ -138,10 +138,10 @@ double hidden_light_w(std::span<const PowerBlock> blocks, std::span<const PowerB
   return 0.5 * most_growth_w_per_s(floor, trace) * (past_s - middle_s);
 }
 
-/// The lowest level, where light of a vehicle falls to it at once and it holds; as sure as it is
-/// that no follower shines into it.
-std::optional<Level> floor_after_a_fall(const std::vector<PowerBlock>& blocks, double block_sigma_w,
-                                        const PowerTrace& trace) {
+/// The lowest level, where it holds; as sure as it is that none shines into it: no follower of the
+/// vehicle whose light falls to it at once, or else the next that is seen to come.
+std::optional<Level> lowest_floor(const std::vector<PowerBlock>& blocks, double block_sigma_w,
+                                  const PowerTrace& trace) {
   constexpr double kFall_s = 0.5, kLeastFall = 0.2;
   constexpr double kLevelSigmas = 4.0;
   const auto dimmer = [](const PowerBlock& one, const PowerBlock& other) {
@@ -152,19 +152,21 @@ std::optional<Level> floor_after_a_fall(const std::vector<PowerBlock>& blocks, d
   const auto lit = [&](const PowerBlock& block) { return block.power_w > limit_w; };
   const auto after = std::find_if(lowest, blocks.end(), lit);
   const auto before = std::find_if(std::make_reverse_iterator(lowest), blocks.rend(), lit).base();
-  if (before == blocks.begin()) return std::nullopt;
   const double from_s = before->time_s, to_s = std::prev(after)->time_s;
   if (to_s - from_s < kHeld_s) return std::nullopt;
   const double fall_w = lowest->power_w + kLeastFall * (brightest->power_w - lowest->power_w);
   const bool falls = std::any_of(blocks.begin(), before, [&](const PowerBlock& block) {
     return from_s - block.time_s < kFall_s && block.power_w > fall_w;
   });
-  if (!falls) return std::nullopt;
+  if (!falls && after == blocks.end()) return std::nullopt;
   std::vector<double> means_w;
   for (auto block = before; block != after; ++block) means_w.push_back(block->power_w);
-  const double left_ws2 = brightness_ws2({blocks.begin(), before}, from_s, lowest->power_w);
-  return Level{median_of(means_w), std::hypot(kLevelSigmas * block_sigma_w,
-                                              unseen_light_w({before, after}, left_ws2, trace))};
+  const double hidden_w =
+      falls
+          ? unseen_light_w({before, after},
+                           brightness_ws2({blocks.begin(), before}, from_s, lowest->power_w), trace)
+          : hidden_light_w(blocks, {before, after}, trace);
+  return Level{median_of(means_w), std::hypot(kLevelSigmas * block_sigma_w, hidden_w)};
 }
 
 /// Of all floors below `limit_w` the one that holds least hidden light, and how much; infinite
@@ -213,14 +215,14 @@ Level dark_level(const PowerTrace& trace) {
   const double lowest_w = *std::min_element(means_w.begin(), means_w.end());
   // A dark stretch has a floor that noise alone goes below. Where the trace goes on falling there
   // was light of vehicles throughout, and the ambient may be anything from none to the lowest seen,
-  // unless one left that stood before a floor.
+  // unless it stood at a floor.
   constexpr double kFloorSigmas = 6.0;
   const Level any{0.5 * lowest_w, std::max(0.5 * std::abs(lowest_w), low_w - lowest_w)};
   const double limit_w = low_w + 4.0 * block_sigma_w;
   const double hidden_w = least_hidden_light_w(blocks, block_s, limit_w, trace);
   if (low_w - lowest_w > kFloorSigmas * block_sigma_w || hidden_w > any.sigma_w) {
-    const auto fallen = floor_after_a_fall(blocks, block_sigma_w, trace);
-    return fallen && fallen->sigma_w < any.sigma_w ? *fallen : any;
+    const auto floor = lowest_floor(blocks, block_sigma_w, trace);
+    return floor && floor->sigma_w < any.sigma_w ? *floor : any;
   }
   std::erase_if(means_w, [limit_w](double mean_w) { return mean_w > limit_w; });
   const double white_w =

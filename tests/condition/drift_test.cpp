@@ -84,6 +84,19 @@ TEST(RemoveDrift, ChangesOfTheAmbientAreNoPasses) {
   }
 }
 
+// Right after each of them the next one, of a hundred times the power, shines from 90 to 130 m
+// away.
+TEST(RemoveDrift, DenseTrafficIsNoChangeOfTheAmbient) {
+  std::vector<Light> vehicles;
+  for (const double at_s : {5.0, 14.0, 22.5, 29.5, 36.0})
+    vehicles.push_back([at_s](double time_s) { return 100.0 * vehicle(at_s, 15)(time_s); });
+  PowerTrace trace = trace_of(41.0, vehicles, 40);
+  const std::vector<float> as_recorded = trace.power_w;
+  remove_drift(trace);
+  EXPECT_EQ(trace.drift_w, 0.0);
+  EXPECT_EQ(trace.power_w, as_recorded);
+}
+
 TEST(RemoveDrift, PassesKeepTheirLight) {
   std::uint64_t seed = 20;
   const std::vector<Light> vehicles{vehicle(40, 14), vehicle(65, 8), vehicle(110, 20),

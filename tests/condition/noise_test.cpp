@@ -127,6 +127,25 @@ TEST(Noise, LightOfAFollowerIsNotToldAsAmbient) {
       }
 }
 
+// Behind a bend they are hidden at first; what follows them shines throughout.
+TEST(Noise, AFloorBeforeVehiclesThatAreLetInIsTheAmbient) {
+  constexpr double kAmbient_w = 0.05, kSigma_w = 1e-4;
+  Random random(10);
+  for (const double headway_s : {5.0, 7.0, 9.0})
+    for (const double hidden_s : {0.0, 0.5, 1.5}) {
+      const PowerTrace trace = trace_of(1000, 6.0 * headway_s, [&](double t) {
+        double power_w = kAmbient_w + random.normal(0.0, kSigma_w);
+        for (int i = 1; i <= 8 && t > hidden_s; ++i) power_w += 50.0 * passing_w(t, i * headway_s);
+        return power_w;
+      });
+      EXPECT_LT(std::abs(trace.ambient_w - kAmbient_w), 3.0 * trace.ambient_sigma_w)
+          << headway_s << " s apart, hidden for " << hidden_s << " s";
+      if (hidden_s > 1.0) {
+        EXPECT_LT(trace.ambient_sigma_w, 1e-3);
+      }
+    }
+}
+
 // Where the light of a vehicle that comes nearer throughout is hardly told from a level at first.
 TEST(Noise, LightThatGrowsUnderNoiseIsNotToldAsAmbient) {
   constexpr double kAmbient_w = 0.05;
