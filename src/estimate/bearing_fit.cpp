@@ -96,7 +96,8 @@ Outcome<GeometryFit> fit_crossing(GeometryProblem problem, const EgoMotion& ego,
 // Best of the fits from all starts, tried in the order of their costs; the first that explains the
 // data is taken without trying the others.
 Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView& view,
-                                     const RoadSite& road, const EgoMotion& ego, Along wanders) {
+                                     const RoadSite& road, const EgoMotion& ego, Along wanders,
+                                     Weave weave) {
   const NominalSizes sizes = nominal_sizes(problem);
   auto paths = rough_paths(view, problem.setting, sizes);
   // From low down one lamp may be seen above where the horizon is told to be.
@@ -122,7 +123,8 @@ Outcome<GeometryFit> fit_from_starts(GeometryProblem& problem, const CameraView&
   let_springs_work(problem);
   problem.setting.ego_unsure =
       std::ranges::any_of(problem.ego_unknowns, [](const Uncertain& one) { return one.std > 0.0; });
-  const bool weaves = !ego.moving() && wanders == Along::road;
+  const bool weaves =
+      !ego.moving() && wanders == Along::road && (weave == Weave::allowed || weave_counts(problem));
   if (weaves) let_weave(problem, usual_range_m(paths));
   std::vector<std::pair<double, PathVector>> starts;
   for (const RoughPath& path : paths)
@@ -234,7 +236,7 @@ std::vector<LampReading> readings_of(const VehicleTrack& track, const Site& site
 }
 
 Outcome<BearingFit> fit_way(const VehicleTrack& track, const Camera& camera, const Site& site,
-                            const LampReading& reading, Along wanders) {
+                            const LampReading& reading, Along wanders, Weave weave) {
   const CameraView view = camera_view(track, camera, *site.camera);
   if (view.frames < kFewestFrames) return Miss::too_few_samples;
   if (view.lamps.back().time_s - view.lamps.front().time_s < kShortest_s) return Miss::too_short;
@@ -267,7 +269,7 @@ Outcome<BearingFit> fit_way(const VehicleTrack& track, const Camera& camera, con
         lateral_from_camera_m(*lane, site, found.readings.front(), view.pairs());
     seen.lane = lane->id;
   }
-  const auto outcome = fit_from_starts(problem, view, site.road, seen.ego, wanders);
+  const auto outcome = fit_from_starts(problem, view, site.road, seen.ego, wanders, weave);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   seen.fit = std::get<GeometryFit>(outcome);
   // All that was seen judges the fit, also what it leaves out.
@@ -369,7 +371,7 @@ Outcome<BearingFit> crossing(const VehicleTrack& track, const Camera& camera, co
                              const LampReading& reading) {
   const double kMost_m = site.ego ? 10.0 : 5.0, kMost_mps = site.ego ? 5.0 : 3.0;
   constexpr int kLooks = 20;
-  auto outcome = fit_way(track, camera, site, reading, Along::across);
+  auto outcome = fit_way(track, camera, site, reading, Along::across, Weave::where_told);
   const BearingFit* found = std::get_if<BearingFit>(&outcome);
   if (!found) return outcome;
   const Trajectory& seen = found->trajectory;
@@ -389,9 +391,9 @@ Outcome<BearingFit> crossing(const VehicleTrack& track, const Camera& camera, co
 
 }  // namespace
 
-Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera,
-                                 const Site& site) {
-  return fit_way(track, camera, site, likeliest(readings_of(track, site)), Along::road);
+Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera, const Site& site,
+                                 Weave weave) {
+  return fit_way(track, camera, site, likeliest(readings_of(track, site)), Along::road, weave);
 }
 
 Outcome<BearingFit> fit_lane_change(const VehicleTrack& track, const Camera& camera,

@@ -28,8 +28,13 @@ struct BearingFit {
   bool told_apart() const;
 };
 
+/// Before which cameras a driver's way to and fro within the lane is an unknown of a fit: those
+/// that weave_counts() names, or all that stand.
+enum class Weave { where_told, allowed };
+
 /// Misses: too_few_samples, too_short, no_scale, unobservable, not_converged, not_on_road.
-Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera, const Site& site);
+Outcome<BearingFit> fit_bearings(const VehicleTrack& track, const Camera& camera, const Site& site,
+                                 Weave weave = Weave::where_told);
 
 /// The same of a pair that changes lanes: its speed along the road may change evenly and wander
 /// somewhat, its place across it as the bearings ask for.

@@ -204,6 +204,19 @@ std::optional<BearingFit> changes_lanes(const VehicleTrack& track, const Camera&
   return better ? std::optional(std::move(*fit)) : std::nullopt;
 }
 
+// Before any camera that stands, one who weaves in his lane, where that explains what else is left
+// in both axes. A camera that sways leaves it upright as well.
+std::optional<BearingFit> weaves(const VehicleTrack& track, const Camera& camera, const Site& site,
+                                 double in_line_factor) {
+  constexpr double kFarLess = 0.5;
+  auto outcome = fit_bearings(track, camera, site, Weave::allowed);
+  BearingFit* fit = std::get_if<BearingFit>(&outcome);
+  if (!fit || !fit->trajectory.problem.setting.weaves || !fit->steady() ||
+      fit->check.sigma_factor.maxCoeff() > kFarLess * in_line_factor)
+    return std::nullopt;
+  return std::move(*fit);
+}
+
 // Beside a bend, whatever lamps it has: with lengths of another class a way in one lane looks like
 // one that leaves it.
 bool leaves_lane(const BearingFit& first, const Site& site) {
@@ -387,6 +400,8 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
         "bend's radius and where it begins");
     return Miss::bad_fit;
   }
+  if (!crosses && doubtful && !site.ego)
+    if (auto weaving = weaves(track, camera, site, factor)) first = std::move(*weaving);
   if (!crosses && !first.steady()) {
     auto parts = steady_parts(track, camera, site);
     BearingFit* best = best_of(parts);

@@ -15,7 +15,7 @@ bool weave_counts(const GeometryProblem& problem) {
 
 void let_weave(GeometryProblem& problem, double scale_m) {
   constexpr double kLeast_m = 0.002;
-  if (problem.lamps.empty() || !weave_counts(problem)) return;
+  if (problem.lamps.empty()) return;
   const auto [first, last] = std::ranges::minmax(problem.lamps, {}, &LampObservation::time_s);
   if (!(first.time_s < last.time_s)) return;
   const double by_m = problem.setting.bend != 0.0 ? 1.0 : scale_m;

@@ -12,7 +12,8 @@ inline constexpr double kWeave_m = 0.1;
 inline double weaves_alike_s(const PathSetting& setting) { return setting.bend != 0.0 ? 1.5 : 1.0; }
 
 /// Whether a weave is told from all else: not from high above a straight road, where elevations
-/// tell the range and a camera that sways by a pixel or two looks like one who weaves.
+/// tell the range and a camera that sways by a pixel or two looks like one who weaves. There it is
+/// one of the things that may explain what a fit without it leaves.
 bool weave_counts(const GeometryProblem& problem);
 
 /// A vehicle's way to and fro within its lane looks like another speed where its bearing across the
