@@ -20,19 +20,16 @@ double beside_outermost_lane(const Trajectory& trajectory, const Site& site) {
   return std::max(right_m, left_m) / outermost.width_m;
 }
 
-// Whether lights beside the road's outermost lane, where no further lane can be, would drive in a
-// lane of their direction if they were marker lamps on a roof. Between lanes one changes or
-// overtakes.
-bool may_ride_on_a_roof(const Trajectory& trajectory, const Site& site, Direction direction) {
-  constexpr double kLowest_m = 2.5, kHighest_m = 4.0, kLeastDrop_m = 0.3, kSigmas = 2.5;
-  constexpr double kInLane = 0.35, kNextLane = 0.75;  // of a lane's width, from its centre
-  const double beside = beside_outermost_lane(trajectory, site);
-  if (beside < kInLane || beside > kNextLane) return false;
+// Whether lights would drive in a lane of their direction if they were `lowest_m` or more high, as
+// marker lamps on a roof.
+bool would_drive_on_a_roof(const Trajectory& trajectory, const Site& site, Direction direction,
+                           double lowest_m) {
+  constexpr double kHighest_m = 4.0, kLeastDrop_m = 0.3, kSigmas = 2.5;
   const auto& position_m = site.camera->position_m;
   const double drop_m =
       std::exp(trajectory.fit.parameters[kLogScale]) * trajectory.fit.parameters[kDrop];
   const double low_drop_m = std::max(position_m[2].mean - kHighest_m, kLeastDrop_m);
-  const double high_drop_m = position_m[2].mean - kLowest_m;
+  const double high_drop_m = position_m[2].mean - lowest_m;
   if (!(low_drop_m < high_drop_m && high_drop_m < drop_m)) return false;
   const double aside_m = trajectory.lateral_m() - position_m[1].mean;
   const double low_m = aside_m * low_drop_m / drop_m, high_m = aside_m * high_drop_m / drop_m;
@@ -42,6 +39,30 @@ bool may_ride_on_a_roof(const Trajectory& trajectory, const Site& site, Directio
     return lane.direction == direction && lane_aside_m + slack_m > std::min(low_m, high_m) &&
            lane_aside_m - slack_m < std::max(low_m, high_m);
   });
+}
+
+// Whether it drives in a lane of the other direction though its own has lanes to overtake in.
+bool against_the_traffic(const Trajectory& trajectory, const Site& site, Direction direction) {
+  constexpr double kInLane = 0.5;  // of its width
+  const auto own = std::ranges::count(site.road.lanes, direction, &LaneSite::direction);
+  return own > 1 && std::ranges::any_of(site.road.lanes, [&](const LaneSite& lane) {
+           return lane.direction != direction &&
+                  std::abs(trajectory.lateral_m() - lane.lateral_m.mean) < kInLane * lane.width_m;
+         });
+}
+
+// Of those beside the road's outermost lane, where no further lane can be, or against the traffic:
+// between lanes one changes or overtakes. Of a row of lights anywhere but in a lane; a light bar is
+// on a lower roof.
+bool may_ride_on_a_roof(const VehicleTrack& track, const Trajectory& trajectory, const Site& site) {
+  constexpr double kLorry_m = 2.5, kCar_m = 1.4;
+  constexpr double kInLane = 0.35, kNextLane = 0.75;  // of a lane's width, from its centre
+  const double beside = beside_outermost_lane(trajectory, site);
+  const bool outside = beside >= kInLane && beside <= kNextLane;
+  return (outside || track.lights_between ||
+          against_the_traffic(trajectory, site, track.direction)) &&
+         would_drive_on_a_roof(trajectory, site, track.direction,
+                               track.lights_between ? kCar_m : kLorry_m);
 }
 
 // Farther from every lane of its direction than a lane beside it could be that the site file leaves
@@ -74,8 +95,7 @@ bool in_no_lane(const VehicleTrack& track, const Site& site,
     if (track.single_lamp) return one.lane.empty() || beside > kEdge;
     if (!one.lane.empty()) return false;
     return (one.part && beside > kBesideNextLane) ||
-           beside_any_next_lane(one, site, track.direction) ||
-           may_ride_on_a_roof(one, site, track.direction);
+           beside_any_next_lane(one, site, track.direction) || may_ride_on_a_roof(track, one, site);
   };
   double in_none = 0.0;
   for (const Trajectory& one : trajectories)

@@ -33,6 +33,7 @@ constexpr double kMostShareOfRival = 0.5;
 constexpr double kLeastLogOdds = -15.0;
 // The body of a vehicle hides, from low down, whatever shines on the line between its lamps.
 constexpr double kBetweenChi2 = 12.0;
+constexpr double kHighAbove_m = 2.0;  // over the lamps
 
 bool fits_kind(const Lamp& a, const Lamp& b) {
   const LampKind ka = a.kind(), kb = b.kind();
@@ -108,7 +109,7 @@ void best_matching(const std::vector<Edge>& edges, std::size_t next, std::vector
 bool same_body(const Vehicle& vehicle, const Eigen::Vector2d& middle_px, double width_per_depth,
                const RoadView& view) {
   constexpr double kShortestGap_m = 6.5, kUnder_m = 1.0, kOver_m = 3.0, kOffMiddle_m = 0.4,
-                   kOffMiddleHigh_m = 0.9, kHalfBody_m = 1.6, kHighCamera_m = 2.0, kMargin_m = 0.15,
+                   kOffMiddleHigh_m = 0.9, kHalfBody_m = 1.6, kMargin_m = 0.15,
                    kRoofOverLamps_m = 0.5;
   const Eigen::Vector2d own_px = 0.5 * (vehicle.left->at_px() + vehicle.right->at_px());
   const LampPlace at = view.place(own_px);
@@ -117,7 +118,7 @@ bool same_body(const Vehicle& vehicle, const Eigen::Vector2d& middle_px, double 
   if (!(std::abs(axes.determinant()) > 1e-9)) return false;
   const double inverse_depth = vehicle.inverse_depth_per_m;
   const Eigen::Vector2d off_m = axes.inverse() * (middle_px - own_px) / inverse_depth;
-  const bool high = view.height_over_lamps_m() > kHighCamera_m;
+  const bool high = view.height_over_lamps_m() > kHighAbove_m;
   if (off_m.y() > kUnder_m || off_m.y() < -kOver_m) return false;
   const double ratio = width_per_depth / vehicle.width_per_depth;
   // Seen from low down, what stands behind a vehicle and between its lamps is hidden.
@@ -139,8 +140,7 @@ bool same_body(const Vehicle& vehicle, const Eigen::Vector2d& middle_px, double 
 
 void Pairing::look_at_pairs(const Lamps& lamps, std::int64_t frame) {
   const double widest = 2.8 * view_.focal_px();
-  constexpr double kLow_m = 2.0;
-  const bool low = view_.height_over_lamps_m() < kLow_m;
+  const bool low = view_.height_over_lamps_m() < kHighAbove_m;
   std::vector<Lamp*> seen;
   for (const auto& lamp : lamps)
     if (lamp->seen_at(frame) && lamp->sightings() >= 2 && !is_mirrored(*lamp))
@@ -434,6 +434,22 @@ void Pairing::update(Lamps& lamps, Vehicles& vehicles, std::int64_t frame, Camer
   for (Evidence* pair : chosen)
     if (!pair->a->vehicle || pair->a->vehicle != pair->b->vehicle) join(*pair, vehicles, frame);
   refresh(vehicles, frame, time);
+  count_rows(lamps, vehicles, frame);
+}
+
+// Between headlamps, or tail lamps, and level with them nothing shines; between the outer ones of a
+// row over a lorry's cab, or of a light bar, the others do. From low down it may be a vehicle
+// behind.
+void Pairing::count_rows(const Lamps& lamps, const Vehicles& vehicles, std::int64_t frame) const {
+  if (view_.height_over_lamps_m() < kHighAbove_m) return;
+  for (const auto& vehicle : vehicles) {
+    if (vehicle->last_both != frame) continue;
+    const Lamp &left = *vehicle->left, &right = *vehicle->right;
+    vehicle->in_row += std::ranges::any_of(lamps, [&](const auto& third) {
+      return third->seen_at(frame) && third.get() != &left && third.get() != &right &&
+             stands_between(*third, left, right) && !lights_plate(*third, left, right);
+    });
+  }
 }
 
 void Pairing::forget(const std::vector<Lamp*>& lamps) {

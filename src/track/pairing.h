@@ -34,6 +34,7 @@ class Pairing {
 
   void look_at_pairs(const Lamps& lamps, std::int64_t frame);
   void refresh(Vehicles& vehicles, std::int64_t frame, CameraTime time);
+  void count_rows(const Lamps& lamps, const Vehicles& vehicles, std::int64_t frame) const;
   std::vector<Evidence*> best_pairs(std::int64_t frame);
   bool pass_on(Vehicle& vehicle, const Evidence& pair, std::int64_t frame);
   static void leave_two(const Evidence& pair, const Lamp& left, const Lamp& right);

@@ -102,6 +102,7 @@ void resume(const Vehicle& lost, Vehicle& found) {
   found.past_right = records_of(lost, nullptr, lost.past_right);
   found.both_seen += lost.both_seen;
   found.second_on_body += lost.second_on_body;
+  found.in_row += lost.in_row;
   found.looks += lost.looks;
   found.images += lost.images;
   found.ambiguous |= lost.ambiguous;

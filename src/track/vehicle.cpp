@@ -312,6 +312,8 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
     track.beside_lanes_m = median(laterals_m);
   }
 
+  constexpr double kRowShare = 0.4;
+  track.lights_between = vehicle.in_row > kRowShare * vehicle.both_seen;
   track.kind = vehicle.kind;
   track.direction_contradicts = motion_contradicts(looks, vehicle.kind, view);
   // Before a camera that stands the motion alone tells where nothing shows colour, and of lamps

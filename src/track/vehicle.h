@@ -31,6 +31,7 @@ struct Vehicle {
   std::int64_t last_good = 0;  ///< frame in which the pair last looked like one vehicle
   std::int64_t asked = -1;     ///< frame in which it was last compared with lost vehicles
   int second_on_body = 0;      ///< frames as the lesser pair of a vehicle with a better one
+  int in_row = 0;              ///< frames with a light between both lamps, seen from high above
   int looks = 0;               ///< frames in which either lamp was seen
   int images = 0;              ///< of these, as the image on the road of another pair
   std::optional<std::int64_t> cut_after;  ///< last frame before it was no longer one vehicle

@@ -46,6 +46,8 @@ struct VehicleTrack {
   bool lamps_go_on = false;
   /// Colour says one direction of travel, motion the other.
   bool direction_contradicts = false;
+  /// From high above, in most frames a light stands between its lamps, level with them.
+  bool lights_between = false;
   /// Drives here across the road, beside the lanes of the site file: no speed is told of it.
   std::optional<double> beside_lanes_m;
   std::vector<VehicleSighting> sightings;

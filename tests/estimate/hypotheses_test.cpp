@@ -137,9 +137,27 @@ TEST(Hypotheses, APairBesideTheLanesThatMayRideOnARoofInOneIsNone) {
   EXPECT_NE(result_of(on_roof, site, kFewFrames).withheld, Miss::not_on_road);
   site.road.lanes[1] = {"back", {-4.7, 0.3}, 3.5, Direction::receding};
   EXPECT_NE(result_of(on_roof, site, kFewFrames).withheld, Miss::not_on_road);
+  // Who has two lanes of his own does not overtake there.
+  site.road.lanes.push_back({"second", {1.0, 0.3}, 3.5, Direction::oncoming});
+  EXPECT_EQ(result_of(on_roof, site, kFewFrames).withheld, Miss::not_on_road);
   // Where there may be a lane that the site does not tell of.
   site.road.lanes = {{"next", {-1.4, 0.3}, 3.5, Direction::oncoming}};
   EXPECT_NE(result_of(on_roof, site, kFewFrames).withheld, Miss::not_on_road);
+}
+
+// The outer lamps of a light bar, 1.6 m up on a car: 1.2 times as far aside, between two lanes.
+TEST(Hypotheses, ARowOfLightsInNoLaneIsOnARoof) {
+  Site site = simulated::mast_site(6.5);
+  site.road.lanes = {{"in", {-5.0, 0.3}, 3.5, Direction::oncoming},
+                     {"out", {-8.5, 0.3}, 3.5, Direction::oncoming}};
+  Random random(1);
+  VehicleTrack bar = track_of({15.0, 0.0, 60.0, -5.2, 1.6, 1.1}, site, kFewFrames, random);
+  EXPECT_FALSE(estimate_vehicle(bar, site, {}).result.withheld);
+  bar.lights_between = true;
+  EXPECT_EQ(estimate_vehicle(bar, site, {}).result.withheld, Miss::not_on_road);
+  VehicleTrack car = track_of({15.0, 0.0, 60.0, -5.0, 0.65, 1.2}, site, kFewFrames, random);
+  car.lights_between = true;
+  EXPECT_FALSE(estimate_vehicle(car, site, {}).result.withheld);
 }
 
 TEST(Hypotheses, ClassesThatCannotBeToldApartBothLieInTheInterval) {
