@@ -1,7 +1,6 @@
 #include "condition/drift.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -182,60 +181,68 @@ void unmark_tails(Levels& levels) {
   });
 }
 
-/// Index of the first summit from `first` on to which the light over `floor_w` falls to half.
+/// Index of the first summit at which the light over `floor_w`, risen to twice what it is at
+/// `first`, falls to half.
 template <class Iterator>
 std::ptrdiff_t first_summit(Iterator first, Iterator last, double floor_w) {
   Iterator summit = first;
-  for (Iterator at = first; at != last && *at - floor_w > 0.5 * (*summit - floor_w); ++at)
+  const double twice_w = floor_w + 2.0 * (*first - floor_w);
+  for (Iterator at = first; at != last; ++at) {
     if (*at > *summit) summit = at;
+    if (*summit > twice_w && *at - floor_w < 0.5 * (*summit - floor_w)) break;
+  }
   return summit - first;
 }
 
-/// Whether the light of a block over `floor_w` is that of the vehicle whose light is highest in
-/// block `peak`: over equal shares of the time that is left to its passing a power law grows by
-/// equal factors, and whatever lies under it makes the first of them smaller. `later(share)`: power
-/// at that share of the way from the block to the peak.
+/// The most that the vehicle whose light is highest at some summit may light a block from afar:
+/// over equal shares of the time that is left to its passing a power law grows by equal factors,
+/// and whatever lies under it makes the first of them smaller. `later_w(share)`: light over the
+/// floor at that share of the way from the block to the summit. None of what grows less.
 template <class Later>
-bool grows_as_far_light(double power_w, double floor_w, Later later) {
+double far_light_w(Later later_w) {
   constexpr double kHalf = 0.5, kQuarter = 0.75;  // of the time has passed: half, a quarter is left
-  // A law of exponent 0.4; beams and noise.
-  constexpr double kLeastGrowth = 0.75, kSlack = 1.1;
-  const double half_w = later(kHalf) - floor_w, quarter_w = later(kQuarter) - floor_w;
-  const double growth = half_w / quarter_w;
-  return quarter_w > 0.0 && growth < kLeastGrowth && power_w - floor_w < kSlack * growth * half_w;
+  // A law of exponent 0.4. Beams, noise, and light of others that is hidden by its own.
+  constexpr double kLeastGrowth = 0.75, kSlack = 2.0;
+  const double half_w = later_w(kHalf), quarter_w = later_w(kQuarter);
+  return half_w > 0.0 && half_w < kLeastGrowth * quarter_w ? kSlack * half_w * half_w / quarter_w
+                                                           : 0.0;
+}
+
+/// Light over the floor from one block on, forth or back in time: what a vehicle that passes there
+/// may light it by. That is the next one, or the brightest of those within ten seconds.
+template <class Iterator>
+double lit_from(Iterator first, Iterator last, double floor_w, double block_s) {
+  constexpr double kAhead_s = 10.0;
+  const auto reach = std::min<std::ptrdiff_t>(last - first, std::lround(kAhead_s / block_s));
+  const std::ptrdiff_t brightest = std::max_element(first, first + reach) - first;
+  double most_w = 0.0;
+  for (const std::ptrdiff_t summit : {first_summit(first, last, floor_w), brightest})
+    most_w = std::max(most_w, far_light_w([&](double share) {
+                        return first[std::lround(share * static_cast<double>(summit))] - floor_w;
+                      }));
+  return most_w;
 }
 
 /// Takes from dark stretches what the next vehicle lights from far away, or the last one still
-/// does: in dense traffic all but the darkest moments. Their own ends alone are too short then.
+/// does: in dense traffic all but the darkest moments.
 void unmark_far_light(Levels& levels) {
-  const Levels found = levels;
-  const std::size_t n = found.dark.size();
+  const std::vector<double>& power_w = levels.power_w;
   // All of the trace, also where no stretch is long enough to be told dark; the least of many.
-  const double floor_w = std::ranges::min(found.power_w) + found.sigma_w;
-  const double lit_w = floor_w + kSigmas * found.sigma_w;
-  std::vector<std::size_t> before(n, n), after(n, n);
-  for_each_run(found, false, [&](std::size_t first, std::size_t last) {
-    const auto& power_w = found.power_w;
-    const std::size_t next =
-        first + static_cast<std::size_t>(first_summit(
-                    power_w.begin() + static_cast<std::ptrdiff_t>(first), power_w.end(), floor_w));
-    const std::size_t previous =
-        last - 1 -
-        static_cast<std::size_t>(first_summit(
-            power_w.rbegin() + static_cast<std::ptrdiff_t>(n - last), power_w.rend(), floor_w));
-    for (std::size_t i = last; i < n && found.dark[i]; ++i) before[i] = previous;
-    for (std::size_t i = first; i > 0 && found.dark[i - 1]; --i) after[i - 1] = next;
-  });
-  for (std::size_t i = 0; i < n; ++i) {
-    if (!found.dark[i] || found.power_w[i] < lit_w) continue;
-    levels.dark[i] = std::ranges::none_of(std::array{before[i], after[i]}, [&](std::size_t peak) {
-      return peak < n && grows_as_far_light(found.power_w[i], floor_w, [&](double share) {
-               const double at = static_cast<double>(i) +
-                                 share * (static_cast<double>(peak) - static_cast<double>(i));
-               return found.power_w[static_cast<std::size_t>(std::lround(at))];
-             });
-    });
+  const double floor_w = std::ranges::min(power_w) + levels.sigma_w;
+  for (std::size_t i = 0; i < power_w.size(); ++i) {
+    if (!levels.dark[i] || power_w[i] < floor_w + kSigmas * levels.sigma_w) continue;
+    const auto at = static_cast<std::ptrdiff_t>(i);
+    const double lit_w = lit_from(power_w.begin() + at, power_w.end(), floor_w, levels.block_s) +
+                         lit_from(power_w.rend() - at - 1, power_w.rend(), floor_w, levels.block_s);
+    levels.dark[i] = power_w[i] - floor_w > lit_w;
   }
+}
+
+void unmark_short(Levels& levels) {
+  const Levels found = levels;
+  for_each_run(found, true, [&](std::size_t first, std::size_t last) {
+    if (last - first < kShortestDark) mark(levels, first, last, false);
+  });
 }
 
 /// Times and levels to interpolate between.
@@ -377,7 +384,8 @@ void remove_drift(PowerTrace& trace) {
   const double range_w = range_of(curve);
   if (!(range_w > kSigmas * levels.sigma_w)) return;
   unmark_far_light(levels);
-  if (!(range_of(dark_blocks(levels)) > kSigmas * levels.sigma_w)) return;
+  unmark_short(levels);
+  if (!(range_of(smoothed(dark_blocks(levels), step_w)) > kSigmas * levels.sigma_w)) return;
   trace.drift_w = range_w;
   curve = without_mixed(curve, step_w);
   std::vector<double> sorted_w = curve.level_w;

@@ -138,35 +138,38 @@ double hidden_light_w(std::span<const PowerBlock> blocks, std::span<const PowerB
   return 0.5 * most_growth_w_per_s(floor, trace) * (past_s - middle_s);
 }
 
-/// The lowest level, where it holds; as sure as it is that none shines into it: no follower of the
-/// vehicle whose light falls to it at once, or else the next that is seen to come.
+/// The lowest level, of the stretches that hold it the surest: how sure it is that none shines into
+/// it, no follower of the vehicle whose light falls to it at once, or else the next that is seen to
+/// come.
 std::optional<Level> lowest_floor(const std::vector<PowerBlock>& blocks, double block_sigma_w,
                                   const PowerTrace& trace) {
   constexpr double kFall_s = 0.5, kLeastFall = 0.2;
   constexpr double kLevelSigmas = 4.0;
-  const auto dimmer = [](const PowerBlock& one, const PowerBlock& other) {
-    return one.power_w < other.power_w;
-  };
-  const auto [lowest, brightest] = std::minmax_element(blocks.begin(), blocks.end(), dimmer);
-  const double limit_w = lowest->power_w + kLevelSigmas * block_sigma_w;
+  const auto [least, most] = std::ranges::minmax(blocks, {}, &PowerBlock::power_w);
+  const double limit_w = least.power_w + kLevelSigmas * block_sigma_w;
+  const double fall_w = least.power_w + kLeastFall * (most.power_w - least.power_w);
   const auto lit = [&](const PowerBlock& block) { return block.power_w > limit_w; };
-  const auto after = std::find_if(lowest, blocks.end(), lit);
-  const auto before = std::find_if(std::make_reverse_iterator(lowest), blocks.rend(), lit).base();
-  const double from_s = before->time_s, to_s = std::prev(after)->time_s;
-  if (to_s - from_s < kHeld_s) return std::nullopt;
-  const double fall_w = lowest->power_w + kLeastFall * (brightest->power_w - lowest->power_w);
-  const bool falls = std::any_of(blocks.begin(), before, [&](const PowerBlock& block) {
-    return from_s - block.time_s < kFall_s && block.power_w > fall_w;
-  });
-  if (!falls && after == blocks.end()) return std::nullopt;
-  std::vector<double> means_w;
-  for (auto block = before; block != after; ++block) means_w.push_back(block->power_w);
-  const double hidden_w =
-      falls
-          ? unseen_light_w({before, after},
-                           brightness_ws2({blocks.begin(), before}, from_s, lowest->power_w), trace)
-          : hidden_light_w(blocks, {before, after}, trace);
-  return Level{median_of(means_w), std::hypot(kLevelSigmas * block_sigma_w, hidden_w)};
+  std::optional<Level> surest;
+  for (auto after = blocks.begin(); after != blocks.end();) {
+    const auto before = std::find_if_not(after, blocks.end(), lit);
+    after = std::find_if(before, blocks.end(), lit);
+    if (before == after || std::prev(after)->time_s - before->time_s < kHeld_s) continue;
+    const bool falls = std::any_of(blocks.begin(), before, [&](const PowerBlock& block) {
+      return before->time_s - block.time_s < kFall_s && block.power_w > fall_w;
+    });
+    if (!falls && after == blocks.end()) continue;
+    const double hidden_w =
+        falls ? unseen_light_w(
+                    {before, after},
+                    brightness_ws2({blocks.begin(), before}, before->time_s, least.power_w), trace)
+              : hidden_light_w(blocks, {before, after}, trace);
+    const double sigma_w = std::hypot(kLevelSigmas * block_sigma_w, hidden_w);
+    if (surest && surest->sigma_w <= sigma_w) continue;
+    std::vector<double> means_w;
+    for (auto block = before; block != after; ++block) means_w.push_back(block->power_w);
+    surest = Level{median_of(means_w), sigma_w};
+  }
+  return surest;
 }
 
 /// Of all floors below `limit_w` the one that holds least hidden light, and how much; infinite

@@ -278,11 +278,15 @@ Outcome<DelayFit> pair_speed(const Site& site, const PowerTrace& one, const Powe
   if (contradicts(of_rise)) return of_rise;
   if (auto* fit = std::get_if<DelayFit>(&of_rise);
       fit && (abreast ? vehicles_drive_so(*fit) : is_quiet(*fit))) {
-    if (!abreast) widen(*fit, spread_of_parts_mps(rise, *fit));
+    if (!abreast) {
+      const auto spread_mps = spread_of_parts_mps(rise, *fit);
+      if (!spread_mps && two_way(site.road)) return Miss::several_vehicles;
+      widen(*fit, spread_mps.value_or(0.0));
+    }
     return of_rise;
   }
   if (whole && !vehicles_drive_so(*whole)) return Miss::bad_fit;
-  if (whole && !abreast) widen(*whole, spread_of_parts_mps(problem, *whole));
+  if (whole && !abreast) widen(*whole, spread_of_parts_mps(problem, *whole).value_or(0.0));
   return outcome;
 }
 

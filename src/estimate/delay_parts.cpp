@@ -54,13 +54,19 @@ bool same_acceleration(const DelayFit& one, const DelayFit& other) {
 }
 
 // What the parts brighter than `share` say of the same time.
-std::vector<DelayFit> brighter_parts(const DelayProblem& problem, const DelayFit& fit,
-                                     double share) {
-  std::vector<DelayFit> found;
+struct BrighterParts {
+  std::vector<DelayFit> fits;
+  double brightest = 0.0;  ///< share of the peak from which on the brightest of them is
+};
+BrighterParts brighter_parts(const DelayProblem& problem, const DelayFit& fit, double share) {
+  BrighterParts found;
   for (const double part : kParts) {
     if (part <= share) continue;
     const auto outcome = fit_asked_at(bright_part(problem, part), fit.speed.time_s);
-    if (const auto* other = std::get_if<DelayFit>(&outcome)) found.push_back(*other);
+    const auto* other = std::get_if<DelayFit>(&outcome);
+    if (!other) continue;
+    found.fits.push_back(*other);
+    found.brightest = part;
   }
   return found;
 }
@@ -98,13 +104,16 @@ std::optional<QuietPart> quiet_part(const DelayProblem& problem) {
     const auto outcome = fit_delay(bright_part(problem, share));
     const auto* fit = std::get_if<DelayFit>(&outcome);
     if (fit && is_quiet(*fit))
-      return QuietPart{*fit, spread_mps(*fit, brighter_parts(problem, *fit, share))};
+      return QuietPart{*fit, spread_mps(*fit, brighter_parts(problem, *fit, share).fits)};
   }
   return std::nullopt;
 }
 
-double spread_of_parts_mps(const DelayProblem& problem, const DelayFit& fit) {
-  return spread_mps(fit, brighter_parts(problem, fit, 0.0));
+std::optional<double> spread_of_parts_mps(const DelayProblem& problem, const DelayFit& fit) {
+  constexpr double kBright = 0.2;
+  const BrighterParts parts = brighter_parts(problem, fit, 0.0);
+  if (parts.brightest < kBright) return std::nullopt;
+  return spread_mps(fit, parts.fits);
 }
 
 bool agrees(const DelayProblem& problem, const DelayFit& part) {
@@ -115,7 +124,7 @@ bool agrees(const DelayProblem& problem, const DelayFit& part) {
 
 void widen_for_others(const DelayProblem& problem, DelayFit& fit) {
   if (!(fit.wander_chi2 > kMostWanderChi2)) return;
-  if (std::ranges::all_of(brighter_parts(problem, fit, 0.0), [&](const DelayFit& part) {
+  if (std::ranges::all_of(brighter_parts(problem, fit, 0.0).fits, [&](const DelayFit& part) {
         return same_speed(part, fit) && same_acceleration(fit, part);
       }))
     return;

@@ -26,8 +26,9 @@ struct QuietPart {
 std::optional<QuietPart> quiet_part(const DelayProblem& problem);
 
 /// By how much the brighter parts of the light say another speed of the same time than `fit` does,
-/// beyond what noise lets quiet ones say.
-double spread_of_parts_mps(const DelayProblem& problem, const DelayFit& fit);
+/// beyond what noise lets quiet ones say. Nothing where no part from a fifth of the peak on can be
+/// fitted, in which others' light counts least.
+std::optional<double> spread_of_parts_mps(const DelayProblem& problem, const DelayFit& fit);
 
 /// Whether all of the light says of the time of `part` what that does: what wanders in all of it
 /// is then the vehicle's own motion.

@@ -40,4 +40,8 @@ std::size_t lanes_towards(const RoadSite& road) {
       std::ranges::count(road.lanes, Direction::oncoming, &LaneSite::direction));
 }
 
+bool two_way(const RoadSite& road) {
+  return std::ranges::count(road.lanes, Direction::receding, &LaneSite::direction) > 0;
+}
+
 }  // namespace vildar

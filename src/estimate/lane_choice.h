@@ -25,6 +25,9 @@ std::vector<const LaneSite*> lanes_near(const RoadSite& road, Direction directio
 /// How many lanes are oncoming.
 std::size_t lanes_towards(const RoadSite& road);
 
+/// Whether vehicles drive away as well, with tail lamps whose light moves the other way.
+bool two_way(const RoadSite& road);
+
 /// One who goes across by less keeps to a lane.
 inline constexpr double kAcrossALane_m = 1.0;
 

@@ -89,6 +89,11 @@ double cost_of_steps(const PathSetting& setting, double scale_m) {
 
 bool fit_steps(GeometryProblem& given, PathVector& fitted, int frames, Along along) {
   constexpr double kTolerance = 0.01;  // sigmas
+  // Where the way is no such one, what is left creeps down for minutes.
+  constexpr int kMostTries = 60, kHopelessAfter = 12;
+  constexpr double kHopeless = 25.0;  // cost of a lamp
+  const Effort effort{kMostTries, kHopelessAfter,
+                      kHopeless * static_cast<double>(given.lamps.size())};
   GeometryProblem problem = given;
   std::vector<AccelerationStep>& steps = problem.setting.steps;
   steps = even_steps(problem, frames, along);
@@ -122,7 +127,7 @@ bool fit_steps(GeometryProblem& given, PathVector& fitted, int frames, Along alo
         found->slopes.bottomRightCorner(count, count).setIdentity();
         return found;
       },
-      start, kTolerance);
+      start, kTolerance, effort);
   const Minimum* minimum = std::get_if<Minimum>(&outcome);
   if (!minimum) return false;
   go_to(minimum->unknowns);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimate/delay_light.h"
+#include "estimate/lane_choice.h"
 #include "estimate/light_checks.h"
 #include "estimate/power_blocks.h"
 
@@ -50,6 +51,22 @@ PowerPass as_seen_by(const PowerTrace& trace, PowerPass pass, const Site& site) 
   return pass;
 }
 
+// Whether the light stands out at once and fades: of tail lamps that come into view as they drive
+// past. An oncoming vehicle's grows, and is gone at once.
+bool fades(const SeenPass& seen) {
+  constexpr double kBlock_s = 0.02, kHalf = 0.5, kLonger = 2.0;
+  const PowerTrace& trace = *seen.trace;
+  const std::vector<PowerBlock> blocks = block_means(
+      trace, seen.pass.from_s, seen.pass.to_s, std::max(kBlock_s, trace.sample_period_s), 0.0);
+  if (blocks.empty()) return false;
+  const auto peak = std::ranges::max_element(blocks, dimmer);
+  const double half_w = trace.ambient_w + kHalf * (peak->power_w - trace.ambient_w);
+  const auto dim = [&](const PowerBlock& block) { return block.power_w < half_w; };
+  const auto first = std::find_if(std::make_reverse_iterator(peak), blocks.rend(), dim).base();
+  const auto last = std::prev(std::find_if(peak, blocks.end(), dim));
+  return last->time_s - peak->time_s > kLonger * (peak->time_s - first->time_s);
+}
+
 // The trace of this pass whose photodiode receives most, and so sees it best.
 const PowerTrace& brightest(std::span<const PowerTrace> traces, const PowerPass& pass) {
   const PowerTrace* best = &traces.front();
@@ -77,6 +94,7 @@ Outcome<DelayFit> pass_delay(const SeenPass& seen, const Site& site,
                              double asked_from_s, double asked_to_s) {
   const double offset_s =
       site.photodiodes.at(static_cast<std::size_t>(seen.trace->photodiode)).time_offset_s.mean;
+  if (two_way(site.road) && fades(seen)) return Miss::several_vehicles;
   std::vector<const PowerTrace*> all;
   for (const PowerTrace& trace : traces) {
     const PowerPass own = as_seen_by(trace, seen.pass, site);

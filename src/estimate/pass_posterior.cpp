@@ -206,7 +206,8 @@ Outcome<PassPosterior> pass_posterior(const PowerSeries& series, const PowerCase
       const auto outcome =
           descend([&](const Eigen::VectorXd& at,
                       bool with_slopes) { return light.residuals(at, ripple_nat, with_slopes); },
-                  z, kTolerance, 0.5 * kHopelessChi2 * static_cast<double>(light.blocks()));
+                  z, kTolerance,
+                  {.hopeless_cost = 0.5 * kHopelessChi2 * static_cast<double>(light.blocks())});
       const auto* minimum = std::get_if<Minimum>(&outcome);
       if (!minimum) {
         hopeless |= std::get<Miss>(outcome) == Miss::bad_fit;

@@ -88,8 +88,7 @@ Eigen::MatrixXd curvature(const ResidualsAt& residuals, const Minimum& at,
 }  // namespace
 
 Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, double tolerance,
-                         double hopeless_cost) {
-  constexpr int kMostIterations = 600, kMostHopeless = 40;
+                         const Effort& effort) {
   // Residuals that are many sigmas large and bend make Gauss-Newton creep, or go to and fro.
   constexpr int kQuickIterations = 12;
   constexpr double kFirstDamping = 1e-6, kMostDamping = 1e12;
@@ -104,8 +103,9 @@ Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, do
   Minimum best{std::move(start), here->cost, here->information(), 0};
   double damping = 0.0;
   std::optional<Eigen::MatrixXd> hessian;  // at `best`
-  for (; best.iterations < kMostIterations && damping < kMostDamping; ++best.iterations) {
-    if (best.iterations >= kMostHopeless && best.cost > hopeless_cost) return Miss::bad_fit;
+  for (; best.iterations < effort.most_steps && damping < kMostDamping; ++best.iterations) {
+    if (best.iterations >= effort.hopeless_after && best.cost > effort.hopeless_cost)
+      return Miss::bad_fit;
     // Scaled to a unit diagonal: unknowns differ by many orders.
     const Eigen::VectorXd scale = best.information.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::VectorXd gradient = here->gradient();

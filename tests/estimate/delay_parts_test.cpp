@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "delay_pair.h"
+#include "estimate/delay_light.h"
 #include "support/trials.h"
 
 namespace vildar {
@@ -61,6 +62,26 @@ TEST(DelayParts, TailLampsThatPassTheOtherWayDoNotBendTheSpeed) {
   EXPECT_GE(measured, kTrials * 8 / 10);
   EXPECT_GE(inside, 0.95 * measured - 3.0 * std::sqrt(0.95 * 0.05 * measured));
   EXPECT_LT(worst_sigmas, 4.0);
+}
+
+// Of light that is dim all the while but for a flash at its peak no brighter part tells what is in
+// it of others.
+TEST(DelayParts, WhereNoBrightPartCanBeFittedNothingIsSaidOfOthers) {
+  constexpr double kDim = 0.15;
+  const Site site = simulated::two_photodiodes(2.0);
+  const Pair pair = pair_of({}, site, {.snr_db = 45.0});
+  auto posed = delay_problem(site, pair.near, pair.far, 0.0, 8.0, true);
+  auto& problem = std::get<DelayProblem>(posed);
+  const DelayFit fit = std::get<DelayFit>(fit_delay(problem));
+  EXPECT_TRUE(spread_of_parts_mps(problem, fit));
+  for (DelaySide* side : {&problem.near, &problem.far}) {
+    const double ambient_w = side->ambient_w.mean;
+    const double peak_w = std::ranges::max(side->blocks, {}, &PowerBlock::power_w).power_w;
+    std::erase_if(side->blocks, [&](const PowerBlock& block) {
+      return block.power_w - ambient_w > kDim * (peak_w - ambient_w) && block.power_w < peak_w;
+    });
+  }
+  EXPECT_FALSE(spread_of_parts_mps(problem, fit));
 }
 
 }  // namespace
