@@ -142,10 +142,23 @@ TEST(Descend, GivesNothingWhereNoMinimumIsReached) {
   EXPECT_EQ(std::get<Miss>(descend(runaway, Eigen::VectorXd::Zero(1), 0.0)), Miss::not_converged);
 }
 
+TEST(Descend, TakesNoMoreStepsThanItMay) {
+  int looks = 0;
+  const auto counted = [&](const Eigen::VectorXd& x, bool with_slopes) {
+    looks += with_slopes;
+    return runaway(x, with_slopes);
+  };
+  EXPECT_EQ(std::get<Miss>(descend(counted, Eigen::VectorXd::Zero(1), 0.0, {.most_steps = 5})),
+            Miss::not_converged);
+  EXPECT_EQ(looks, 1 + 5);
+}
+
 TEST(Descend, GivesUpWhereItIsHopelessAfterFortySteps) {
-  EXPECT_EQ(std::get<Miss>(descend(runaway, Eigen::VectorXd::Zero(1), 1e-6, 1.0)), Miss::bad_fit);
+  EXPECT_EQ(
+      std::get<Miss>(descend(runaway, Eigen::VectorXd::Zero(1), 1e-6, {.hopeless_cost = 1.0})),
+      Miss::bad_fit);
   // What gets there sooner is a minimum, however high.
-  const auto outcome = descend(valley, Eigen::Vector2d(-1.2, 1.0), 1e-6, -1.0);
+  const auto outcome = descend(valley, Eigen::Vector2d(-1.2, 1.0), 1e-6, {.hopeless_cost = -1.0});
   EXPECT_TRUE(std::holds_alternative<Minimum>(outcome));
 }
 
