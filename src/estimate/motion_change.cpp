@@ -89,11 +89,13 @@ double cost_of_steps(const PathSetting& setting, double scale_m) {
 
 bool fit_steps(GeometryProblem& given, PathVector& fitted, int frames, Along along) {
   constexpr double kTolerance = 0.01;  // sigmas
-  // Where the way is no such one, what is left creeps down for minutes.
+  // Where a way across is none, what is left creeps down for minutes.
   constexpr int kMostTries = 60, kHopelessAfter = 12;
   constexpr double kHopeless = 25.0;  // cost of a lamp
-  const Effort effort{kMostTries, kHopelessAfter,
-                      kHopeless * static_cast<double>(given.lamps.size())};
+  const Effort effort =
+      along == Along::across
+          ? Effort{kMostTries, kHopelessAfter, kHopeless * static_cast<double>(given.lamps.size())}
+          : Effort{};
   GeometryProblem problem = given;
   std::vector<AccelerationStep>& steps = problem.setting.steps;
   steps = even_steps(problem, frames, along);

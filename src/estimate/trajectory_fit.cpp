@@ -400,7 +400,7 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
         "bend's radius and where it begins");
     return Miss::bad_fit;
   }
-  if (!crosses && doubtful && !site.ego)
+  if (!crosses && doubtful && !site.ego && !first.trajectory.problem.setting.weaves)
     if (auto weaving = weaves(track, camera, site, factor)) first = std::move(*weaving);
   if (!crosses && !first.steady()) {
     auto parts = steady_parts(track, camera, site);

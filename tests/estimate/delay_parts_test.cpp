@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include <gtest/gtest.h>
 
 #include "delay_pair.h"
 #include "estimate/delay_light.h"
+#include "estimate/pass_delay.h"
 #include "support/trials.h"
 
 namespace vildar {
@@ -82,6 +85,29 @@ TEST(DelayParts, WhereNoBrightPartCanBeFittedNothingIsSaidOfOthers) {
     });
   }
   EXPECT_FALSE(spread_of_parts_mps(problem, fit));
+}
+
+// Tail lamps alone: on a road on which vehicles drive away they are no vehicle that comes.
+TEST(DelayParts, LightThatFadesFromWhereItComesIntoViewIsOfTailLamps) {
+  Site site = simulated::two_photodiodes(2.0);
+  const Pair own = pair_of({}, site, {.snr_db = 45.0});
+  Pair tails = own;
+  constexpr double kPasses_s = 2.0;
+  add_tail_lamps(0.2, 15.0, kPasses_s, site, tails);
+  for (const auto& [trace, without] :
+       {std::pair{&tails.near, &own.near}, std::pair{&tails.far, &own.far}})
+    for (std::size_t i = 0; i < trace->power_w.size(); ++i)
+      trace->power_w[i] += static_cast<float>(trace->ambient_w) - without->power_w[i];
+  const std::array traces{tails.near, tails.far};
+  const PowerPass pass{kPasses_s, kPasses_s + 2.0, kPasses_s + 0.25};
+  const auto miss = [&](const Site& on) {
+    const auto outcome = pass_delay(best_seen(pass, on, traces), on, traces, 1);
+    const Miss* found = std::get_if<Miss>(&outcome);
+    return found ? std::optional(*found) : std::nullopt;
+  };
+  EXPECT_NE(miss(site), Miss::several_vehicles);
+  site.road.lanes.push_back({"far", {-7.0, 0.3}, 3.5, Direction::receding});
+  EXPECT_EQ(miss(site), Miss::several_vehicles);
 }
 
 }  // namespace
