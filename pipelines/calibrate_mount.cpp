@@ -27,12 +27,19 @@ namespace fs = std::filesystem;
 
 SiteLearning learn(const std::vector<VehicleTrack>& passes, const Site& site) {
   auto outcome = learn_site(passes, site);
-  if (const Miss* miss = std::get_if<Miss>(&outcome))
+  if (const Miss* miss = std::get_if<Miss>(&outcome)) {
+    constexpr std::size_t kFewest = 5;
     throw InputError(
         std::to_string(passes.size()) + " passes do not determine the site (" +
         std::string(name_of(*miss)) +
         "); at least five must fit the site file (one that turns, or whose lamps or lane it does "
-        "not tell, is left out): record for longer, or give more runs");
+        "not tell, is left out): " +
+        (passes.size() < kFewest
+             ? "record for longer, or give more runs"
+             : "check the camera's position_m, yaw_deg and pitch_deg, the lanes and the lamps, "
+               "and that the runs are of this camera (angles that are left out of the site file "
+               "are learned), or give more runs"));
+  }
   return std::get<SiteLearning>(std::move(outcome));
 }
 

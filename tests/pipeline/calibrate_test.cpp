@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "config/site_file.h"
+#include "support/file_bytes.h"
 #include "support/program.h"
 
 namespace vildar {
@@ -85,6 +86,14 @@ TEST_F(Calibrate, MountIsLearnedFromARunAndUsedByTheNext) {
       run({"evaluate", path("second"), path("scene"), "--require", "recall>=0.85", "--require",
            "share_within_limits>=0.7", "--require", "false==0"});
   EXPECT_EQ(score.code, 0) << score.err << score.out;
+
+  // Plenty of passes, of which none fits a camera that looks the other way.
+  std::string mirrored = test::bytes_of(site);
+  mirrored.erase(mirrored.find('-', mirrored.find("yaw_deg:")), 1);
+  folder_.write("mirrored.yaml", mirrored);
+  test::expect_told(run({"calibrate", "mount", path("first"), "--site", path("mirrored.yaml"),
+                         "--out", path("none.yaml")}),
+                    3, {"do not determine the site", "check the camera's position_m, yaw_deg"});
 }
 
 TEST_F(Calibrate, RunsOfACameraThatWasMovedBetweenThemAreNotAveraged) {
