@@ -27,7 +27,7 @@ namespace vildar {
 /// - `flash`: of lightning or a camera, for twice the time until the light is what it was.
 ///
 /// `ambient_w` is the level of the darkest part of the trace in 50 ms means (whole periods of 100
-/// and 120 Hz flicker), or the floor that light of a vehicle falls to; `ambient_sigma_w` covers the
+/// and 120 Hz flicker), or in denser traffic its surest lowest floor; `ambient_sigma_w` covers the
 /// light of vehicles that may be near throughout, and of one that is seen to come later. Throws
 /// InputError, naming the id or the site key, where a channel matches no photodiode or a factor
 /// that turns its quantity into watts is missing. A recording moved in is cleaned where it lies:

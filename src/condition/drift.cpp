@@ -181,8 +181,8 @@ void unmark_tails(Levels& levels) {
   });
 }
 
-/// Index of the first summit at which the light over `floor_w`, risen to twice what it is at
-/// `first`, falls to half.
+/// Index of the first summit, twice as high over `floor_w` as `first`, after which the light falls
+/// to half of it; of the highest where there is none such.
 template <class Iterator>
 std::ptrdiff_t first_summit(Iterator first, Iterator last, double floor_w) {
   Iterator summit = first;

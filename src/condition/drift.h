@@ -14,8 +14,8 @@ namespace vildar {
 /// shorter, unless it is slower than 1.5 m/s, and never a cubic. Traces under 30 s, of less than 20
 /// samples a second, or without any dark stretch stay as they are. So do those whose dark stretches
 /// differ by no more than what the vehicles before and after them may light from afar, as a power
-/// law growing towards their passing: in dense traffic the ambient is never seen alone. `sample_period_s` and
-/// `noise_sigma_w` must be set.
+/// law growing towards their passing: in dense traffic the ambient is never seen alone.
+/// `sample_period_s` and `noise_sigma_w` must be set.
 void remove_drift(PowerTrace& trace);
 
 }  // namespace vildar
