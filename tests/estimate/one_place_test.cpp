@@ -369,6 +369,10 @@ TEST(OnePlace, WhatFollowsOrOvertakesDoesNotRideOnAnother) {
   const VehicleEstimate real = estimate_of(4, beyond, Frames::all, kLong, site);
   ASSERT_EQ(real.result.lane, "middle");
   EXPECT_FALSE(rides_on(real, car, kOverLamps_m));
+  // Far fainter than headlamps are: markers on its roof.
+  View faint = kLong;
+  faint.flux_at_1m *= 0.1;
+  EXPECT_TRUE(rides_on(estimate_of(5, beyond, Frames::all, faint, site), car, kOverLamps_m));
 }
 
 TEST(MeasuredVehicles, OfOneSeenTwiceTheBetterSpeedStands) {
