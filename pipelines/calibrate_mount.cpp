@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <iostream>
 #include <iterator>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -67,6 +69,33 @@ void refuse_moved_camera(const std::vector<fs::path>& folders,
                    "calibrate from the runs of one mounting");
 }
 
+// What a reader should know before the new file is used.
+std::vector<std::string> warnings_of(const SiteLearning& learning) {
+  constexpr double kManyLeftOut = 0.25;
+  std::vector<std::string> found;
+  if (learning.strains_the_file()) {
+    std::vector<LearnedQuantity> strained = learning.quantities;
+    std::ranges::sort(strained, std::ranges::greater(),
+                      [](const LearnedQuantity& one) { return std::abs(one.strain); });
+    strained.resize(std::min<std::size_t>(strained.size(), 3));
+    std::string told;
+    for (const LearnedQuantity& one : strained)
+      told += (told.empty() ? "" : ", ") + one.key + " by " + fixed_text(std::abs(one.strain), 1);
+    found.push_back(
+        "the passes do not agree with what the site file states (sigmas: " + told +
+        "); something in it is off or called too sure, maybe what is not learned (position_m, "
+        "focal_px, lens), and what was learned is off with it: correct it and calibrate again");
+  }
+  int left_out = 0;
+  for (const auto& [reason, count] : learning.left_out) left_out += count;
+  const int all = learning.passes + left_out;
+  if (left_out > kManyLeftOut * all)
+    found.push_back(std::to_string(left_out) + " of " + std::to_string(all) +
+                    " passes were left out; where that many do not fit, those that do are no fair "
+                    "sample: check the position_m, lanes and lamps of the site file");
+  return found;
+}
+
 std::string text_report(const SiteLearning& learning) {
   std::string out = std::to_string(learning.passes) + " passes";
   for (const auto& [reason, count] : learning.left_out)
@@ -106,6 +135,7 @@ std::string json_report(const SiteLearning& learning) {
                                           {"after", uncertain(quantity.after)},
                                           {"mean_std", for_people(quantity, quantity.mean_std)},
                                           {"spread", for_people(quantity, quantity.spread)},
+                                          {"strain", quantity.strain},
                                           {"passes", quantity.passes}};
   }
   report["speed_relative_std"] = {{"before", learning.speed_std_before},
@@ -113,6 +143,7 @@ std::string json_report(const SiteLearning& learning) {
   report["common_scale_relative_std"] = {{"before", learning.common_scale_std_before},
                                          {"after", learning.common_scale_std}};
   report["settled"] = learning.settled();
+  report["warnings"] = warnings_of(learning);
   return report.dump(2) + "\n";
 }
 
@@ -130,6 +161,8 @@ void calibrate_mount(const RunsArguments& arguments) {
   for (std::vector<VehicleTrack>& run : runs) std::ranges::move(run, std::back_inserter(passes));
   const SiteLearning learning = learn(passes, site);
   write_file_atomically(arguments.out, effective_site_yaml(learning.site));
+  for (const std::string& warning : warnings_of(learning))
+    std::cerr << "warning: " << warning << "\n";
   std::cout << (arguments.json ? json_report(learning) : text_report(learning)) << std::flush;
 }
 

@@ -187,6 +187,7 @@ SiteLearning learning_of(const Round& round, const Site& stated, const Site& pre
     quantity.mean_std =
         unit * population.per_step() * std::sqrt(round.learned.covariance(own, own));
     quantity.spread = unit * population.per_step() * population.spread;
+    quantity.strain = (round.learned.means[own] - population.mean.mean) / population.mean.std;
     quantity.after = quantity.before;
     if (quantity.passes >= fewest && is_stated(stated, population)) {
       quantity.after = {mean_for_file(population, population.mean_value(), *present.camera),
@@ -224,6 +225,19 @@ Site with_pose(Site site, const CameraSite& learned) {
 }
 
 }  // namespace
+
+bool SiteLearning::strains_the_file() const {
+  constexpr double kFar = 3.5;           // sigmas; of ten quantities
+  constexpr double kHundredth = 2.3263;  // of a normal law, one-sided
+  double chi2 = 0.0;
+  for (const LearnedQuantity& quantity : quantities) {
+    if (std::abs(quantity.strain) > kFar) return true;
+    chi2 += quantity.strain * quantity.strain;
+  }
+  // Wilson and Hilferty 1931: the cube root of chi-square over its degrees is about normal.
+  const double part = 2.0 / (9.0 * std::max(1.0, static_cast<double>(quantities.size())));
+  return std::cbrt(chi2 * 4.5 * part) > 1.0 - part + kHundredth * std::sqrt(part);
+}
 
 Outcome<SiteLearning> learn_site(std::span<const VehicleTrack> passes, const Site& site,
                                  int fewest) {

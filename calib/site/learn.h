@@ -19,7 +19,9 @@ struct LearnedQuantity {
   Uncertain before, after;  ///< as the site file states them
   double mean_std = 0.0;    ///< of the mean over all vehicles
   double spread = 0.0;      ///< of single vehicles about that mean
-  int passes = 0;           ///< that tell of it
+  /// Sigmas by which the passes put the site's mean from where the site file does.
+  double strain = 0.0;
+  int passes = 0;  ///< that tell of it
 };
 
 struct SiteLearning {
@@ -34,6 +36,10 @@ struct SiteLearning {
   double last_turn_rad = 0.0;  ///< of the pose, in the last of at most four rounds
 
   bool settled() const { return last_turn_rad < 1e-5; }
+  /// Whether what was learned lies farther from what the file states than one correct file in a
+  /// hundred would make it, one quantity or all together. Something there is then off, which may be
+  /// one that is not learned, and all that was learned bent with it.
+  bool strains_the_file() const;
 };
 
 /// Learns from passes what they share: the turns and the focal length of the camera that the site

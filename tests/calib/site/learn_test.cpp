@@ -142,6 +142,17 @@ TEST(LearnSite, AFocalLengthThatIsOffIsInTheSigmasOfTheAngles) {
   EXPECT_DOUBLE_EQ(focal.after.std, learned.focal_std_px);
 }
 
+TEST(LearnSite, SaysThatASiteFileIsStrainedWhereItIsWrong) {
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6})
+    EXPECT_FALSE(learning_of(scene_of(16, seed)).strains_the_file()) << seed;
+  // Lamps wider apart than any here, which all other lengths deny.
+  Scene scene = scene_of(16, 7);
+  scene.stated.lamps.separation_m = Uncertain{1.7, 0.12};
+  const SiteLearning learning = learning_of(scene);
+  EXPECT_LT(quantity(learning, "lamps.separation_m").strain, -3.5);
+  EXPECT_TRUE(learning.strains_the_file());
+}
+
 TEST(LearnSite, FewPassesTellNothing) {
   const Scene scene = scene_of(4, 5);
   EXPECT_EQ(std::get<Miss>(learn_site(scene.tracks, scene.stated)), Miss::too_few_samples);
