@@ -1,3 +1,4 @@
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -195,6 +196,38 @@ std::string text_of(const std::string& key, const Change& change) {
          fixed_text(change.before.std / change.after.std, 2) + " times smaller)\n";
 }
 
+// What a reader should know before the new file is used.
+std::vector<std::string> warnings_of(const Learning& learning) {
+  constexpr double kFarClock = 2.5, kFarGain = 3.5;  // sigmas; no clock is looked for beyond 3
+  const auto strain = [](const Change& change) {
+    return std::abs(change.after.mean - change.before.mean) / change.before.std;
+  };
+  std::vector<std::string> found;
+  if (learning.clock) {
+    const Change clock = change_of(learning.clock->clock);
+    if (clock.learned && strain(clock) > kFarClock)
+      found.push_back("time_offset_s lies " + fixed_text(strain(clock), 1) +
+                      " of its stated sigmas from the site file: check the photodiodes' yaw_deg, "
+                      "half_field_of_view_deg and position_m, from which follows when lamps leave "
+                      "their view, or state a larger std");
+  }
+  if (!learning.gains) return found;
+  for (const LearnedGain& gain : learning.gains->gains) {
+    const Change change = change_of(gain);
+    if (!change.learned) continue;
+    const bool far = strain(change) > kFarGain, differ = change.spread > change.before.std;
+    if (far || differ)
+      found.push_back(gain.key +
+                      (far ? " lies " + fixed_text(strain(change), 1) +
+                                 " of its stated sigmas from the site file"
+                           : " differs between passes by " + fixed_text(change.spread, 3) +
+                                 ", more than the site file states of it") +
+                      ": check the photodiodes' position_m, yaw_deg and pitch_deg, or state a "
+                      "larger std");
+  }
+  return found;
+}
+
 std::string text_report(const Learning& learning) {
   std::string out = std::to_string(learning.passes) + " passes that the camera followed\n";
   if (learning.clock) {
@@ -238,6 +271,7 @@ std::string json_report(const Learning& learning) {
     report["speed_relative_std"] = {{"before", learning.gains->speed_std_before},
                                     {"after", learning.gains->speed_std_after}};
   }
+  report["warnings"] = warnings_of(learning);
   return report.dump(2) + "\n";
 }
 
@@ -251,6 +285,8 @@ void calibrate_photodiode(const RunsArguments& arguments) {
   for (const fs::path& run : arguments.runs) runs.push_back(read_run(run, arguments.site, site));
   const Learning learning = learn(runs, site, arguments.site);
   write_file_atomically(arguments.out, effective_site_yaml(learning.site()));
+  for (const std::string& warning : warnings_of(learning))
+    std::cerr << "warning: " << warning << "\n";
   std::cout << (arguments.json ? json_report(learning) : text_report(learning)) << std::flush;
 }
 

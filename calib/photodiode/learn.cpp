@@ -90,8 +90,11 @@ LearnedGain settle(std::size_t photodiode, const FoundRatio& found, Site& site) 
   const double mean = ratio.mean * std::exp(found.learned.means[0]);
   gain.mean_std = mean * std::sqrt(found.learned.covariance(0, 0));
   gain.spread = mean * found.population.spread;
-  gain.after = {mean,
-                std::min(std::hypot(gain.mean_std, gain.spread), mean * ratio.std / ratio.mean)};
+  // What the file states is of the gain; passes that differ by more are unlike in something else,
+  // which stands in for it.
+  const double told_std = mean * ratio.std / ratio.mean;
+  const double found_std = std::hypot(gain.mean_std, gain.spread);
+  gain.after = {mean, gain.spread > told_std ? found_std : std::min(found_std, told_std)};
   ratio = gain.after;
   site.photodiodes[photodiode].gain_ratio_told = true;
   return gain;

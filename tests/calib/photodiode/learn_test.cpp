@@ -42,6 +42,18 @@ TEST(LearnGains, APassUnlikeTheOthersIsLeftOut) {
   EXPECT_LT(ratio.std, 0.02);
 }
 
+// What parts the passes by more than the file says of a gain is no gain, and no surer for it.
+TEST(LearnGains, PassesThatDifferByMoreThanIsStatedLeaveItUnsure) {
+  simulated::LitPasses scene = simulated::lit_passes(8, 0.01, 1.0, 8);
+  for (PhotodiodeSite& photodiode : scene.site.photodiodes) photodiode.gain_ratio.std = 0.02;
+  for (std::size_t i = 0; i < scene.traces.size(); ++i)
+    for (float& power_w : scene.traces[i][1].power_w) power_w *= i % 2 == 0 ? 1.06F : 0.94F;
+  const LearnedGain gain = learned(scene).gains.at(0);
+  ASSERT_GE(gain.passes, kFewestGainPasses);
+  EXPECT_GT(gain.spread, 0.04);
+  EXPECT_GE(gain.after.std, gain.spread);
+}
+
 TEST(LearnGains, SaysWhatIsMissing) {
   simulated::LitPasses scene = simulated::lit_passes(4, 0.0, 1.0, 9);
   const GainLearning few = learned(scene);
