@@ -283,7 +283,7 @@ bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, doub
   constexpr double kLowest_m = 0.6, kHighest_m = 3.6;  // of the lamps over headlamps
   constexpr double kLeastBack_m = -2.0;
   constexpr double kAbove_m = 0.35, kBody_m = 1.8, kSurelyFaster = 1.4, kFaster = 2.5,
-                   kFastest_mps = 60.0, kNarrow = 0.6, kFaint = 0.2;
+                   kFastest_mps = 60.0, kNarrow = 0.6, kFaint = 0.5;
   const auto line = keeps_in_line(upper, carrier, over_lamps_m);
   if (!line) return false;
   // A faster vehicle in the next lane that passes the camera at once with the other is in line with
@@ -295,7 +295,7 @@ bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, doub
   const bool alone = always_alone(upper);
   const bool collides = std::abs(beside_m) < kBody_m && (line->factor > kSurelyFaster || alone);
   // In line with a pair, one light or a narrow pair is as likely an end of the lamps over a lorry's
-  // cab as a motorcycle that passes the camera at once with it; lamps far fainter than the pair's,
+  // cab as a motorcycle that passes the camera at once with it; lamps fainter than the pair's,
   // if they were where they seem to be, are likelier markers than headlamps.
   const bool end_of_row = !always_alone(carrier) && (alone || line->width < kNarrow);
   const bool faint = line->brighter * line->factor * line->factor < kFaint;

@@ -19,8 +19,8 @@ bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other);
 /// high over the lamps those seem farther off, by a factor that stays, and as much faster. A
 /// vehicle of its own would have to reach the camera at once with the other, always in one line
 /// with it, and drive beside all lanes, right above the other, in its very lane, or far faster; of
-/// one light, or of a pair that would stand closer together than a car's or be five times fainter
-/// than the other's, in line with a pair the first is enough.
+/// one light, or of a pair that would stand closer together than a car's or shine half as bright as
+/// the other, in line with a pair the first is enough.
 /// `over_lamps_m` is the camera's height over headlamps.
 bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, double over_lamps_m);
 
