@@ -77,13 +77,18 @@ DelayRows rows_of(const DelayProblem& problem) {
   return rows;
 }
 
+// How far ahead of a photodiode a vehicle is so long before its light ends, as if that were at 59
+// degrees off the road, between headlamps' beams (half a right angle) and wide views.
+double ahead_at_m(const DelayProblem& problem, double speed_mps, double before_s) {
+  constexpr double kEnd = 0.6;
+  return kEnd * problem.pose.perpendicular_m + speed_mps * std::max(0.0, before_s);
+}
+
 // What the far photodiode would have received as the near one does, and how well that is known, at
-// a constant speed and as if the light ended at 59 degrees off the road, between headlamps' beams
-// (half a right angle) and wide views. Its blocks become less sure by a part of the mismatch, which
-// under wide angles is larger than any noise; not by more than that of 1 %, or whatever is unlike
-// would pass for it.
+// a constant speed. Its blocks become less sure by a part of the mismatch, which under wide angles
+// is larger than any noise; not by more than that of 1 %, or whatever is unlike would pass for it.
 DelayRows as_of_near(const DelayProblem& problem, double delay_s, DelayRows rows) {
-  constexpr double kCompared_rad = 0.35, kEnd = 0.6, kOfMismatch = 0.25, kLarge = 0.01;
+  constexpr double kCompared_rad = 0.35, kOfMismatch = 0.25, kLarge = 0.01;
   const double d_m = problem.pose.perpendicular_m;
   const double speed_mps = problem.pose.baseline_m.mean / delay_s;
   const double passed_s = problem.far.passed_s - rows.reference_s;
@@ -93,7 +98,7 @@ DelayRows as_of_near(const DelayProblem& problem, double delay_s, DelayRows rows
   };
   for (DelayRows::Row& row : rows.rows) {
     if (!row.far) continue;
-    const double ahead_m = kEnd * d_m + speed_mps * std::max(0.0, passed_s - row.tau_s);
+    const double ahead_m = ahead_at_m(problem, speed_mps, passed_s - row.tau_s);
     const double angle = std::atan2(d_m, ahead_m) / kCompared_rad;
     const UnlikeLight unlike = unlike_at(problem.pose.unlike, ahead_m);
     const double share = std::exp(-unlike.log_ratio);
@@ -194,6 +199,30 @@ void put_hardest(const DelayRows& rows, const DelayModel& model, const DelayMoti
   }
 }
 
+// Who drifts to the side comes into brighter or fainter light, which passes for way driven: of a
+// light that were one function of the distance times one of the angle, by how its slope along the
+// road differs from that of the distance alone. Mean over the far pulse, as it tells the delay.
+double drift_std_mps(const DelayProblem& problem, const DelayRows& rows, const DelayModel& model,
+                     const DelayMotion& found) {
+  constexpr double kDrift_mps = 0.06;  // rms, of 8 cm to and fro within six seconds
+  constexpr double kFall = 2.0;        // inverse square
+  const double reference_mps = model.motion_at(found.value, 0.0).speed_mps;
+  const double passed_s = problem.far.passed_s - rows.reference_s;
+  double both = 0.0, ahead = 0.0;
+  for (const DelayRows::Row& row : rows.rows) {
+    if (!row.far) continue;
+    const auto [light, per_way_s] = model.brightness_of(row, found.value);
+    const double speed_mps = model.motion_at(found.value, row.tau_s).speed_mps;
+    const double ahead_m = ahead_at_m(problem, speed_mps, passed_s - row.tau_s);
+    const double by_ahead = -per_way_s / reference_mps / row.sigma;
+    const double by_aside =
+        -(by_ahead * ahead_m + kFall * light / row.sigma) / problem.pose.perpendicular_m;
+    both += by_ahead * by_aside;
+    ahead += by_ahead * by_ahead;
+  }
+  return ahead > 0.0 ? kDrift_mps * std::abs(both) / ahead : 0.0;
+}
+
 // Speed and acceleration with their covariance at that of the times asked for at which the speed is
 // known best.
 void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayModel& model,
@@ -264,7 +293,8 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
   // The baseline scales both.
   fit.covariance =
       of_all(slopes_of(motion)) + baseline_share * baseline_share * both * both.transpose();
-  fit.covariance(0, 0) += std::pow(unlike_mps(tau_s), 2);
+  fit.drift_std_mps = drift_std_mps(problem, rows, model, found);
+  fit.covariance(0, 0) += std::pow(unlike_mps(tau_s), 2) + std::pow(fit.drift_std_mps, 2);
   fit.acceleration_std_mps2 = std::sqrt(fit.covariance(1, 1));
   SpeedEstimate& speed = fit.speed;
   speed.std_mps = std::hypot(std::sqrt(fit.covariance(0, 0)), turned_mps(tau_s));

@@ -45,6 +45,12 @@ struct DelayFit {
   double acceleration_mps2 = 0.0, acceleration_std_mps2 = 0.0;
   /// Of speed and acceleration at the speed's time, without kDelayAccelerationDoubt_mps2.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();
+  /// Part of the speed's sigma: the driver's way to the side, of 0.06 m/s rms, changes the light.
+  double drift_std_mps = 0.0;
+  /// Of the speed without that part, which is one for all that is seen of a vehicle.
+  double own_std_mps() const {
+    return std::sqrt(speed.std_mps * speed.std_mps - drift_std_mps * drift_std_mps);
+  }
   double log_ratio = 0.0, log_ratio_std = 0.0;
   double gain_chi2 = 0.0;     ///< by how much the gain strains what was said of it
   double chi2_per_dof = 0.0;  ///< by the blocks' own sigmas

@@ -75,6 +75,14 @@ class DelayModel {
     Eigen::VectorXd speed_slopes, acceleration_slopes;  ///< by all unknowns
   };
   Motion motion_at(const Eigen::VectorXd& value, double tau_s) const;
+  /// A row's light, without ambient, and how it grows by each second of way at the reference speed.
+  struct Brightness {
+    double light = 0.0, per_way_s = 0.0;
+  };
+  Brightness brightness_of(const DelayRows::Row& row, const Eigen::VectorXd& value) const {
+    const Light found = light_of(row, value);
+    return {found.light, found.slope};
+  }
 
  private:
   struct Light {

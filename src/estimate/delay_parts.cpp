@@ -44,7 +44,7 @@ double faster_mps(const DelayFit& part, const DelayFit& fit) {
 bool same_speed(const DelayFit& part, const DelayFit& fit) {
   constexpr double kSigmas = 2.0;
   return std::abs(faster_mps(part, fit)) <
-         kSigmas * std::hypot(part.speed.std_mps, fit.speed.std_mps);
+         kSigmas * std::hypot(part.own_std_mps(), fit.own_std_mps());
 }
 
 bool same_acceleration(const DelayFit& one, const DelayFit& other) {
@@ -77,7 +77,7 @@ double spread_mps(const DelayFit& fit, const std::vector<DelayFit>& parts) {
   double most_mps = 0.0;
   for (const DelayFit& part : parts) {
     const double apart_mps = std::abs(faster_mps(part, fit));
-    const double noise_mps = is_quiet(part) ? std::min(part.speed.std_mps, apart_mps) : 0.0;
+    const double noise_mps = is_quiet(part) ? std::min(part.own_std_mps(), apart_mps) : 0.0;
     most_mps = std::max(most_mps, std::sqrt(apart_mps * apart_mps - noise_mps * noise_mps));
   }
   return most_mps;
@@ -128,7 +128,7 @@ void widen_for_others(const DelayProblem& problem, DelayFit& fit) {
         return same_speed(part, fit) && same_acceleration(fit, part);
       }))
     return;
-  widen(fit, std::sqrt(fit.wander_chi2 / kMostWanderChi2 - 1.0) * fit.speed.std_mps);
+  widen(fit, std::sqrt(fit.wander_chi2 / kMostWanderChi2 - 1.0) * fit.own_std_mps());
 }
 
 }  // namespace vildar

@@ -79,7 +79,7 @@ std::optional<double> geometry_cost(const GeometryProblem& problem, const PathVe
 }
 
 Outcome<GeometryFit> fit_geometry(const GeometryProblem& problem, const PathVector& start) {
-  constexpr double kTolerance = 1e-4;  // sigmas
+  constexpr double kTolerance = 3e-3;  // sigmas
   // Where no lengths like those known explain the bearings, ever shorter ones cost less: the priors
   // on them are bounded, and the rest becomes that of a toy.
   constexpr double kMostShrunkLn = 5.0, kShrunkLn = 4.0;

@@ -204,15 +204,15 @@ std::optional<BearingFit> changes_lanes(const VehicleTrack& track, const Camera&
   return better ? std::optional(std::move(*fit)) : std::nullopt;
 }
 
-// Before any camera that stands, one who weaves in his lane, where that explains what else is left
-// in both axes. A camera that sways leaves it upright as well.
+// Before any camera that stands, one who weaves in his lane, where that explains all but all that
+// else is left in both axes. A camera that sways leaves some, upright most of all.
 std::optional<BearingFit> weaves(const VehicleTrack& track, const Camera& camera, const Site& site,
                                  double in_line_factor) {
-  constexpr double kFarLess = 0.5;
+  constexpr double kFarLess = 0.5, kMostLeft = 3.0;
   auto outcome = fit_bearings(track, camera, site, Weave::allowed);
   BearingFit* fit = std::get_if<BearingFit>(&outcome);
   if (!fit || !fit->trajectory.problem.setting.weaves || !fit->steady() ||
-      fit->check.sigma_factor.maxCoeff() > kFarLess * in_line_factor)
+      fit->check.sigma_factor.maxCoeff() > std::min(kMostLeft, kFarLess * in_line_factor))
     return std::nullopt;
   return std::move(*fit);
 }
