@@ -223,6 +223,21 @@ TEST(Pass, AnyOfSeveralLanesLiesInItsInterval) {
   }
 }
 
+// Twice the light looks like that of one nearer by, which drives slower.
+TEST(Pass, OfTwoAbreastTheIntervalHoldsTheSpeed) {
+  Site site = diode_site();
+  site.channel->gain_db->std = 1.0;
+  site.road.lanes.push_back({"far", {-4.5, 0.05}, 3.5, Direction::oncoming});
+  Random random(1);
+  PowerTrace trace = trace_of(kTypical, site, matching_diode(), random);
+  for (float& power_w : trace.power_w)
+    power_w = static_cast<float>(2.0 * power_w - trace.ambient_w);
+  const VehicleResult result = estimate_pass({-0.5, 2.5, 2.4}, 1, site, {&trace, 1});
+  ASSERT_FALSE(result.withheld) << name_of(*result.withheld);
+  EXPECT_LT(result.speed.speed_mps, 0.8 * 20.0);
+  EXPECT_GE(result.speed.hi95_mps, 20.0);
+}
+
 TEST(Pass, IsFollowedToThePeakOfTheLightThatIsUsed) {
   Site site = diode_site();
   Random random(1);
