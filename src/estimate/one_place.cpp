@@ -153,8 +153,8 @@ std::optional<Eigen::Vector2d> bearing_rad(const TrackRow& row) {
 
 Together seen_together(const VehicleEstimate& upper, const VehicleEstimate& carrier) {
   constexpr double kLeastDown_rad = 1e-3;
-  // One lamp may be at the side of a lorry.
-  const double beside_m = always_alone(upper) ? 1.5 : 1.2;
+  // One lamp may be at the side of a lorry, and the other one at its other side.
+  const double beside_m = !always_alone(upper) ? 1.2 : always_alone(carrier) ? 2.6 : 1.5;
   Together seen;
   // Where it stands, or is not measured, the carrier is about where it next is.
   std::vector<double> before_rad;

@@ -282,6 +282,18 @@ TEST(OnePlace, AMarkerThatSeemsToDriveInItsVehiclesLaneRidesOnIt) {
   }
 }
 
+// A marker at one upper corner of a bus, of which one headlamp is seen, at the other side.
+TEST(OnePlace, AMarkerAcrossFromTheOneLampThatIsSeenRidesOnIt) {
+  Site site = mast_site(6.7);
+  site.road.lanes[0].lateral_m = {-4.0, 1.0};
+  const Vehicle lamp{.along_m = 80.0, .lateral_m = -4.9, .height_m = 0.8, .separation_m = 0.0};
+  const Vehicle corner{.along_m = 80.5, .lateral_m = -2.9, .height_m = 3.0, .separation_m = 0.0};
+  const VehicleEstimate seen = estimate_of(1, lamp, Frames::all, lone(), site);
+  const VehicleEstimate above = estimate_of(2, corner, Frames::all, lone(), site);
+  ASSERT_EQ(above.result.lane, "near");
+  EXPECT_TRUE(rides_on(above, seen, 6.7 - kLampHeight_m));
+}
+
 // At either end of the row over a lorry's cab, where they seem to drive in the next lane.
 TEST(OnePlace, LampsAtTheEndOfARowOverTheCabRideOnTheLorry) {
   Site site = mast_site(6.4);
