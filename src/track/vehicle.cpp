@@ -211,7 +211,8 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   const bool one_pair = keep_longest_pair(left, right);
   int fitting = 0;
   std::vector<PairLook> looks;
-  std::vector<double> laterals_m, lateral_sigmas_m, strengths, tail_log_odds, faint_log_odds;
+  std::vector<double> laterals_m, lateral_sigmas_m, strengths, faint_log_odds;
+  std::vector<double> left_tail_log_odds, right_tail_log_odds;
   int clipped = 0, patches = 0, streaks = 0;
   // Flat red ones are bars of LEDs, which run into the lamps at their ends.
   const auto is_bar = [](const LampRecord& record) {
@@ -235,7 +236,8 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
     streaks += left_one.streak + right_one.streak;
     patches +=
         is_patch(left_one, fit.inverse_depth_per_m) || is_patch(right_one, fit.inverse_depth_per_m);
-    tail_log_odds.push_back(0.5 * (left_one.tail_log_odds + right_one.tail_log_odds));
+    left_tail_log_odds.push_back(left_one.tail_log_odds);
+    right_tail_log_odds.push_back(right_one.tail_log_odds);
     faint_log_odds.push_back(0.5 * (left_one.faint_tail_log_odds + right_one.faint_tail_log_odds));
     const double flux = std::min(left_one.sighting.flux, right_one.sighting.flux);
     strengths.push_back(std::log(std::max(flux, 1e-9)) - 2.0 * std::log(fit.inverse_depth_per_m));
@@ -316,13 +318,13 @@ Verdict judge_vehicle(const Vehicle& vehicle, const RoadView& view, const TrackO
   track.lights_between = vehicle.in_row > kRowShare * vehicle.both_seen;
   track.kind = vehicle.kind;
   track.direction_contradicts = motion_contradicts(looks, vehicle.kind, view);
-  // Before a camera that stands the motion alone tells where nothing shows colour, and of lamps
-  // that are not white for sure: clipping whitens tail lamps, indicators are amber. From one that
+  // Before a camera that stands the motion alone tells where nothing shows colour, and of lamps of
+  // which none is white for sure: clipping whitens tail lamps, indicators are amber. From one that
   // moves, those of a vehicle ahead still do not come nearer.
   if (track.direction_contradicts) {
     constexpr double kWhitened = -2.0;
-    const double tail = median(tail_log_odds);
-    const bool white = tail < kWhitened && !lights.colourless();
+    const double whiter = std::min(median(left_tail_log_odds), median(right_tail_log_odds));
+    const bool white = whiter < kWhitened && !lights.colourless();
     if (view.moving_sensor() && (vehicle.kind != LampKind::headlamp || white))
       return Verdict::undecided;
     if (view.moving_sensor() || median(faint_log_odds) > kNotWhite || lights.colourless()) {

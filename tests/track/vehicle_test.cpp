@@ -118,6 +118,30 @@ TEST(JudgeVehicle, AmongLightsThatAreNotWhiteTheMotionTellsTheDirection) {
   }
 }
 
+// From a moving camera, the ends of two clusters of lights: a white one and an amber one.
+TEST(JudgeVehicle, AWhiteLightAndAnAmberOneAreNoTailLamps) {
+  constexpr double kAmber = -0.4, kWhite = -3.0;  // ln of the odds of a tail lamp
+  Site site = scene::site_of(1.3, 0.0, 1400.0, 1920, 1080);
+  site.ego = EgoSite{{10.0, 0.2}, {}, {}};
+  const Road road{.site = site};
+  for (const bool alike : {true, false}) {
+    Lamp left = road.lamp(0, 50, 0.6), right = road.lamp(0, 50, -0.6);
+    for (Lamp* lamp : {&left, &right}) {
+      drive_away(*lamp);
+      for (LampRecord& record : lamp->records)
+        record.tail_log_odds = record.faint_tail_log_odds =
+            alike || lamp == &right ? kAmber : kWhite;
+    }
+    Vehicle vehicle = scene::vehicle_of(left, right, 51);
+    VehicleTrack track;
+    EXPECT_EQ(judge_vehicle(vehicle, road.view, {}, {}, track),
+              alike ? Verdict::vehicle : Verdict::undecided);
+    if (alike) {
+      EXPECT_EQ(track.direction, Direction::receding);
+    }
+  }
+}
+
 // The images on the road of two vehicles' lamps, as level and as far apart as a pair.
 TEST(JudgeVehicle, LightsThatAreMostlyStreaksAreNone) {
   const Road road;
