@@ -181,7 +181,9 @@ std::vector<SteadyPart> steady_parts(const VehicleTrack& track, const Camera& ca
   return found;
 }
 
-constexpr double kDoubtful = 2.0;  // growth of the sigmas by what a fit leaves
+constexpr double kDoubtful = 2.0;       // growth of the sigmas by what a fit leaves
+constexpr double kMostStrained = 25.0;  // chi-square of up to ten priors
+constexpr double kMostLeft = 3.0;       // the same, of one that claims to explain a track
 
 // A pair that changes lanes, where that explains more than a fit in one lane, which leaves its
 // sigmas to grow by so much, and lengths and pose are likely ones: what may go anywhere can pass
@@ -190,7 +192,6 @@ constexpr double kDoubtful = 2.0;  // growth of the sigmas by what a fit leaves
 std::optional<BearingFit> changes_lanes(const VehicleTrack& track, const Camera& camera,
                                         const Site& site, double in_lane_factor) {
   constexpr double kFarLess = 0.5;
-  constexpr double kMostStrained = 25.0;  // chi-square of up to ten
   if (track.single_lamp) return std::nullopt;
   auto outcome = fit_lane_change(track, camera, site);
   BearingFit* fit = std::get_if<BearingFit>(&outcome);
@@ -205,13 +206,15 @@ std::optional<BearingFit> changes_lanes(const VehicleTrack& track, const Camera&
 }
 
 // Before any camera that stands, one who weaves in his lane, where that explains all but all that
-// else is left in both axes. A camera that sways leaves some, upright most of all.
+// else is left in both axes and lengths and pose are likely ones. A camera that sways leaves some,
+// upright most of all.
 std::optional<BearingFit> weaves(const VehicleTrack& track, const Camera& camera, const Site& site,
                                  double in_line_factor) {
-  constexpr double kFarLess = 0.5, kMostLeft = 3.0;
+  constexpr double kFarLess = 0.5;
   auto outcome = fit_bearings(track, camera, site, Weave::allowed);
   BearingFit* fit = std::get_if<BearingFit>(&outcome);
   if (!fit || !fit->trajectory.problem.setting.weaves || !fit->steady() ||
+      fit->trajectory.fit.prior_chi2 > kMostStrained ||
       fit->check.sigma_factor.maxCoeff() > std::min(kMostLeft, kFarLess * in_line_factor))
     return std::nullopt;
   return std::move(*fit);
@@ -402,7 +405,7 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
   }
   if (!crosses && doubtful && !site.ego && !first.trajectory.problem.setting.weaves)
     if (auto weaving = weaves(track, camera, site, factor)) first = std::move(*weaving);
-  if (!crosses && !first.steady()) {
+  if (!crosses && !first.steady() && (site.ego || !in_another_lane(std::min(factor, kMostLeft)))) {
     auto parts = steady_parts(track, camera, site);
     BearingFit* best = best_of(parts);
     if (!best && (ahead || !in_another_lane(factor)) && !first.explains()) return Miss::bad_fit;
