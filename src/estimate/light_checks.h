@@ -39,4 +39,7 @@ bool of_several(const DelayFit& fit, std::size_t lanes, double others_share);
 /// own.
 double log_light_std(const PowerTraceFacts& trace, double from_s, double to_s);
 
+/// Whether more of this time, as far as the trace goes, was clipped than not; photodiode clock.
+bool is_mostly_clipped(const PowerTrace& trace, double from_s, double to_s);
+
 }  // namespace vildar

@@ -303,6 +303,13 @@ Delay delay_alone(const Site& site, std::span<const VehiclePower> power, const A
   for (const VehiclePower& offered : power)
     if (!offered.shared) traces.push_back(offered.trace);
   const double from_s = result.t_first_s - kBefore_s, to_s = result.t_last_s + kPassing_s;
+  if (std::ranges::any_of(traces, [&](const PowerTrace* trace) {
+        const double offset_s = site.photodiodes[trace->photodiode].time_offset_s.mean;
+        return is_mostly_clipped(*trace, from_s - offset_s, to_s - offset_s);
+      })) {
+    row.speed = Miss::saturated;
+    return {};
+  }
   const auto outcome = delay_speed(site, traces, from_s, to_s, asked.from_s, asked.to_s);
   row = delay_row(outcome);
   if (traces.size() < power.size() && traces.size() < 2) row.speed = Miss::several_vehicles;

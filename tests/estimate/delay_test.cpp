@@ -255,6 +255,22 @@ TEST(Delay, HowSureNoLaneIsStaysAProbability) {
   EXPECT_LE(result.no_lane_probability, 1.0 + 1e-12);
 }
 
+// What is left of the light once the rise is clipped is its end, of which the edge tells nothing.
+TEST(Delay, OfLightThatIsMostlyClippedNoneIsToldBesideACamera) {
+  Site site = simulated::two_photodiodes(2.0);
+  site.camera = simulated::mast_site(4.0).camera;
+  const simulated::Vehicle vehicle;
+  Pair pair = pair_of(vehicle, site);
+  for (PowerTrace* trace : {&pair.near, &pair.far})
+    trace->clipped = {{trace->time_s.front(), 0.9 * trace->time_s.back()}};
+  const VehicleResult result = beside_camera(vehicle, site, pair, 2.0);
+  EXPECT_FALSE(result.withheld);
+  const auto row =
+      std::ranges::find(result.methods, Method::delay_photodiodes, &MethodResult::method);
+  ASSERT_NE(row, result.methods.end());
+  EXPECT_EQ(std::get<Miss>(row->speed), Miss::saturated);
+}
+
 TEST(Delay, SpeedGoesWithTheBaselineAndItsSigmaWithBoth) {
   const Site site = simulated::two_photodiodes(2.0);
   const Site stretched = simulated::two_photodiodes(4.0, 0.002, 0.04);

@@ -16,5 +16,15 @@ TEST(LightChecks, LightThatPulsesIsAsUnsureAsItsDutyWhileItPulses) {
   EXPECT_EQ(log_light_std({}, 0.0, 9.0), 0.0);
 }
 
+TEST(LightChecks, ATimeIsMostlyClippedByTheStretchesWithinIt) {
+  PowerTrace trace;
+  trace.time_s = {0.0, 6.0};
+  trace.clipped = {{-1.0, 1.0}, {2.0, 3.5}};
+  EXPECT_FALSE(is_mostly_clipped(trace, 0.0, 6.0));
+  EXPECT_TRUE(is_mostly_clipped(trace, 0.0, 4.0));
+  EXPECT_TRUE(is_mostly_clipped(trace, 2.5, 4.0));
+  EXPECT_FALSE(is_mostly_clipped(trace, 3.0, 20.0));  // it ends at 6 s
+}
+
 }  // namespace
 }  // namespace vildar
