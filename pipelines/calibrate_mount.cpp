@@ -69,8 +69,32 @@ void refuse_moved_camera(const std::vector<fs::path>& folders,
                    "calibrate from the runs of one mounting");
 }
 
+// The runs of which most passes were left out, though of the others most were not: of another
+// camera, or another mounting.
+std::string odd_runs(const SiteLearning& learning, const std::vector<fs::path>& folders,
+                     const std::vector<std::size_t>& passes_of_run) {
+  constexpr std::size_t kFewest = 5;
+  constexpr double kMost = 0.5;
+  std::string odd;
+  std::size_t first = 0, sound_runs = 0;
+  for (std::size_t run = 0; run < folders.size(); ++run) {
+    const std::size_t all = passes_of_run[run];
+    const auto took_part = std::ranges::count_if(
+        learning.took_part, [&](std::size_t pass) { return pass >= first && pass < first + all; });
+    first += all;
+    if (static_cast<double>(took_part) > kMost * static_cast<double>(all))
+      ++sound_runs;
+    else if (all >= kFewest)
+      odd += (odd.empty() ? "" : ", ") + folders[run].string() + " (" + std::to_string(took_part) +
+             " of " + std::to_string(all) + " passes fit)";
+  }
+  return sound_runs > 0 ? odd : "";
+}
+
 // What a reader should know before the new file is used.
-std::vector<std::string> warnings_of(const SiteLearning& learning) {
+std::vector<std::string> warnings_of(const SiteLearning& learning,
+                                     const std::vector<fs::path>& folders,
+                                     const std::vector<std::size_t>& passes_of_run) {
   constexpr double kManyLeftOut = 0.25;
   std::vector<std::string> found;
   if (learning.strains_the_file()) {
@@ -88,8 +112,12 @@ std::vector<std::string> warnings_of(const SiteLearning& learning) {
   }
   int left_out = 0;
   for (const auto& [reason, count] : learning.left_out) left_out += count;
-  const int all = learning.passes + left_out;
-  if (left_out > kManyLeftOut * all)
+  const int all = learning.passes() + left_out;
+  if (const std::string odd = odd_runs(learning, folders, passes_of_run); !odd.empty())
+    found.push_back(odd +
+                    ": unlike the other runs; of another camera, or was it moved? Calibrate "
+                    "from the runs of one mounting");
+  else if (left_out > kManyLeftOut * all)
     found.push_back(std::to_string(left_out) + " of " + std::to_string(all) +
                     " passes were left out; where that many do not fit, those that do are no fair "
                     "sample: check the position_m, lanes and lamps of the site file");
@@ -97,7 +125,7 @@ std::vector<std::string> warnings_of(const SiteLearning& learning) {
 }
 
 std::string text_report(const SiteLearning& learning) {
-  std::string out = std::to_string(learning.passes) + " passes";
+  std::string out = std::to_string(learning.passes()) + " passes";
   for (const auto& [reason, count] : learning.left_out)
     out += "; left out as " + reason + ": " + std::to_string(count);
   out += "\n";
@@ -122,9 +150,9 @@ std::string text_report(const SiteLearning& learning) {
   return out;
 }
 
-std::string json_report(const SiteLearning& learning) {
+std::string json_report(const SiteLearning& learning, const std::vector<std::string>& warnings) {
   nlohmann::ordered_json report;
-  report["passes"] = learning.passes;
+  report["passes"] = learning.passes();
   report["left_out"] = learning.left_out;
   for (const LearnedQuantity& quantity : learning.quantities) {
     const auto uncertain = [&](const Uncertain& value) {
@@ -143,7 +171,7 @@ std::string json_report(const SiteLearning& learning) {
   report["common_scale_relative_std"] = {{"before", learning.common_scale_std_before},
                                          {"after", learning.common_scale_std}};
   report["settled"] = learning.settled();
-  report["warnings"] = warnings_of(learning);
+  report["warnings"] = warnings;
   return report.dump(2) + "\n";
 }
 
@@ -158,12 +186,17 @@ void calibrate_mount(const RunsArguments& arguments) {
   }
   if (runs.size() > 1) refuse_moved_camera(arguments.runs, runs, site);
   std::vector<VehicleTrack> passes;
-  for (std::vector<VehicleTrack>& run : runs) std::ranges::move(run, std::back_inserter(passes));
+  std::vector<std::size_t> passes_of_run;
+  for (std::vector<VehicleTrack>& run : runs) {
+    passes_of_run.push_back(run.size());
+    std::ranges::move(run, std::back_inserter(passes));
+  }
   const SiteLearning learning = learn(passes, site);
   write_file_atomically(arguments.out, effective_site_yaml(learning.site));
-  for (const std::string& warning : warnings_of(learning))
-    std::cerr << "warning: " << warning << "\n";
-  std::cout << (arguments.json ? json_report(learning) : text_report(learning)) << std::flush;
+  const std::vector<std::string> warnings = warnings_of(learning, arguments.runs, passes_of_run);
+  for (const std::string& warning : warnings) std::cerr << "warning: " << warning << "\n";
+  std::cout << (arguments.json ? json_report(learning, warnings) : text_report(learning))
+            << std::flush;
 }
 
 }  // namespace

@@ -170,7 +170,6 @@ double std_for_file(const Population& population, double std, const CameraSite& 
 SiteLearning learning_of(const Round& round, const Site& stated, const Site& present, int fewest) {
   SiteLearning learning;
   learning.site = stated;
-  learning.passes = static_cast<int>(round.linear.size());
   const std::vector<double> stds = stated_stds(round.populations, round.learned);
   for (std::size_t k = 0; k < round.populations.size(); ++k) {
     const Population& population = round.populations[k];
@@ -260,6 +259,7 @@ Outcome<SiteLearning> learn_site(std::span<const VehicleTrack> passes, const Sit
       fitted.leave_out(*odd);
     }
     learning = learning_of(*round, site, present, fewest);
+    learning.took_part = fitted.tracks;
     learning.left_out = fitted.left_out;
     learning.last_turn_rad = turned_rad(*round);
     if (learning.settled()) break;

@@ -27,7 +27,7 @@ struct LearnedQuantity {
 struct SiteLearning {
   Site site;  ///< improved
   std::vector<LearnedQuantity> quantities;
-  int passes = 0;                       ///< that took part
+  std::vector<std::size_t> took_part;   ///< passes, by index
   std::map<std::string, int> left_out;  ///< passes left out, by reason
   /// Median relative sigma of the speeds of the passes, with the site as given and as learned.
   double speed_std_before = 0.0, speed_std_after = 0.0;
@@ -35,6 +35,7 @@ struct SiteLearning {
   double common_scale_std = 0.0, common_scale_std_before = 0.0;
   double last_turn_rad = 0.0;  ///< of the pose, in the last of at most four rounds
 
+  int passes() const { return static_cast<int>(took_part.size()); }
   bool settled() const { return last_turn_rad < 1e-5; }
   /// Whether what was learned lies farther from what the file states than one correct file in a
   /// hundred would make it, one quantity or all together. Something there is then off, which may be

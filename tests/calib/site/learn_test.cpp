@@ -43,7 +43,7 @@ TEST(LearnSite, FindsThePoseOfTheCamera) {
   const Scene scene = scene_of(12, 1);
   const SiteLearning learning = learning_of(scene);
   const CameraSite &learned = *learning.site.camera, &truth = *scene.truth.site.camera;
-  EXPECT_EQ(learning.passes, 12);
+  EXPECT_EQ(learning.passes(), 12);
   EXPECT_TRUE(learning.settled());
   const std::vector<std::tuple<std::string, Uncertain, double>> turns{
       {"camera.yaw_deg", learned.yaw_rad, truth.yaw_rad.mean},
@@ -151,6 +151,19 @@ TEST(LearnSite, SaysThatASiteFileIsStrainedWhereItIsWrong) {
   const SiteLearning learning = learning_of(scene);
   EXPECT_LT(quantity(learning, "lamps.separation_m").strain, -3.5);
   EXPECT_TRUE(learning.strains_the_file());
+}
+
+TEST(LearnSite, PassesOfAnotherCameraTakeNoPart) {
+  Scene scene = scene_of(8, 8);
+  Scene other = scene;
+  other.stated.camera->position_m[2].mean = 1.5;
+  Random random(9);
+  const auto truth = simulated::true_site(other.stated, random);
+  for (const VehicleTrack& track :
+       simulated::tracks_of(simulated::passes_of(truth, 6, 15.0, random)))
+    scene.tracks.push_back(track);
+  const SiteLearning learning = learning_of(scene);
+  EXPECT_EQ(learning.took_part, (std::vector<std::size_t>{0, 1, 2, 3, 4, 5, 6, 7}));
 }
 
 TEST(LearnSite, FewPassesTellNothing) {
