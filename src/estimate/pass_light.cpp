@@ -16,28 +16,19 @@ constexpr double kPerRad = kPi / kBeamEdge_rad;  // of the first cosine
 const double kAccelerationStd_mps2 = std::sqrt(kAccelerationVariance_m2ps4);
 
 struct Place {
-  Eigen::Vector3d toward_m;         ///< from the receiver
-  double arc_rad = 0.0;             ///< of the bend behind it
-  double off_axis_rad = 0.0;        ///< of the receiver as seen from the vehicle
-  double elevation_rad = 0.0;       ///< of the vehicle
-  double sine = 0.0, cosine = 0.0;  ///< the first of the beam's waves
+  Eigen::Vector3d toward_m = Eigen::Vector3d::Zero();  ///< from the receiver
+  double arc_rad = 0.0;                                ///< of the bend behind it
+  double off_axis_rad = 0.0;                           ///< of the receiver as seen from the vehicle
+  double elevation_rad = 0.0;                          ///< of the vehicle
+  double sine = 0.0, cosine = 0.0;                     ///< the first of the beam's waves
 };
 
-Place place_at(const PowerCase& known, const PassMotion& motion, double time_s) {
+PathPoint<double> point_at(const PowerCase& known, const PassMotion& motion, double time_s) {
   const double tau_s = time_s - motion.reference_s;
   const double along_m =
       motion.along_m - tau_s * (motion.speed_mps + 0.5 * motion.acceleration_mps2 * tau_s);
-  const auto point = path_point(along_m, known.lateral_m.mean, known.bend, known.straight_m.mean,
-                                known.radius_m.mean);
-  const Eigen::Vector3d toward_m =
-      Eigen::Vector3d(point.x_m, point.y_m, known.lamp_height_m.mean) - known.receiver_m;
-  const double off_axis_rad = std::atan2(toward_m.y(), toward_m.x()) - point.heading_rad;
-  return {toward_m,
-          known.bend * point.heading_rad,
-          off_axis_rad,
-          std::atan2(toward_m.z(), toward_m.head<2>().norm()),
-          std::sin(kPerRad * off_axis_rad),
-          std::cos(kPerRad * off_axis_rad)};
+  return path_point(along_m, known.lateral_m.mean, known.bend, known.straight_m.mean,
+                    known.radius_m.mean);
 }
 
 // How a place moves with an unknown, and how its path's heading turns.
@@ -100,9 +91,33 @@ double slope_by_off_axis(const BeamShapes& weights, const Place& place) {
 
 std::vector<Place> places_of(const PowerCase& known, const PassMotion& motion,
                              std::span<const double> time_s) {
-  std::vector<Place> places;
-  places.reserve(time_s.size());
-  for (const double t_s : time_s) places.push_back(place_at(known, motion, t_s));
+  const std::size_t n = time_s.size();
+  std::vector<Place> places(n);
+  std::vector<double> aside(n), up(n), sine(n), cosine(n);  // tangents, then angles
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto point = point_at(known, motion, time_s[i]);
+    places[i].toward_m =
+        Eigen::Vector3d(point.x_m, point.y_m, known.lamp_height_m.mean) - known.receiver_m;
+    places[i].arc_rad = known.bend * point.heading_rad;
+    aside[i] = places[i].toward_m.y() / places[i].toward_m.x();
+    up[i] = places[i].toward_m.z() / places[i].toward_m.head<2>().norm();
+  }
+  arctangents(aside, aside);
+  arctangents(up, up);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Eigen::Vector3d& toward_m = places[i].toward_m;
+    const double azimuth_rad =
+        toward_m.x() > 0.0 ? aside[i] : std::atan2(toward_m.y(), toward_m.x());
+    places[i].off_axis_rad = azimuth_rad - known.bend * places[i].arc_rad;
+    places[i].elevation_rad = up[i];
+    aside[i] = kPerRad * places[i].off_axis_rad;
+  }
+  sines(aside, sine);
+  cosines(aside, cosine);
+  for (std::size_t i = 0; i < n; ++i) {
+    places[i].sine = sine[i];
+    places[i].cosine = cosine[i];
+  }
   return places;
 }
 
@@ -162,7 +177,7 @@ PassLight::PassLight(const PowerSeries& series, const PowerCase& known, const Pa
     : blocks_(series_blocks(series, kBlock_s, noise_w(series))),
       known_(known),
       motion_(motion),
-      ahead_m_(place_at(known, motion, motion.reference_s).toward_m.x()),
+      ahead_m_(point_at(known, motion, motion.reference_s).x_m - known.receiver_m.x()),
       background_std_w_(series.background_std_w) {}
 
 std::optional<Residuals> PassLight::residuals(const Eigen::VectorXd& z, double ripple_nat,
@@ -264,20 +279,20 @@ void PassLight::add_log_slopes_of_places(const Eigen::VectorXd& z, double ripple
   Eigen::Vector<double, kGain> mean = Eigen::Vector<double, kGain>::Zero();
   for (std::size_t i = 0; i < blocks(); ++i) {
     const Place& place = light.places[i];
-    const double distance2_m2 = place.toward_m.squaredNorm();
+    const double per_distance2 = 1.0 / place.toward_m.squaredNorm();
     Eigen::Vector3d fall =
-        -(law.path_loss_exponent + law.cosine_exponent) / distance2_m2 * place.toward_m;
+        -(law.path_loss_exponent + law.cosine_exponent) * per_distance2 * place.toward_m;
     fall.x() += law.cosine_exponent / place.toward_m.x();
     const double by_off_axis = slope_by_off_axis(weights, place);
-    const double level2_m2 = place.toward_m.head<2>().squaredNorm();
-    const double level_m = std::sqrt(level2_m2);
+    const double level_m = place.toward_m.head<2>().norm();
+    const double per_level = 1.0 / level_m, per_level2 = per_level * per_level;
     auto column = slopes.col(static_cast<Eigen::Index>(i));
     const auto add = [&](PassUnknown unknown, const Shift& shift, double per_unknown) {
       const auto& [moved, turned] = shift;
       const double swung =
-          (place.toward_m.x() * moved.y() - place.toward_m.y() * moved.x()) / level2_m2 - turned;
-      const double out_m = place.toward_m.head<2>().dot(moved.head<2>()) / level_m;
-      const double raised = (level_m * moved.z() - place.toward_m.z() * out_m) / distance2_m2;
+          (place.toward_m.x() * moved.y() - place.toward_m.y() * moved.x()) * per_level2 - turned;
+      const double out_m = place.toward_m.head<2>().dot(moved.head<2>()) * per_level;
+      const double raised = (level_m * moved.z() - place.toward_m.z() * out_m) * per_distance2;
       const double unlike = per_unknown * (by_off_axis * swung + weights[kTilt] * raised);
       column[unknown] = per_unknown * fall.dot(moved) + unlike;
       mean[unknown] += unlike / static_cast<double>(blocks());

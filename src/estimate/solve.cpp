@@ -90,7 +90,7 @@ Eigen::MatrixXd curvature(const ResidualsAt& residuals, const Minimum& at,
 Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, double tolerance,
                          const Effort& effort) {
   // Residuals that are many sigmas large and bend make Gauss-Newton creep, or go to and fro.
-  constexpr int kQuickIterations = 12;
+  constexpr int kQuickIterations = 12, kStepsBetween = 4;
   constexpr double kFirstDamping = 1e-6, kMostDamping = 1e12;
   constexpr double kRounding = 1e-13;  // of the cost
   const double least_gain = 0.5 * tolerance * tolerance;
@@ -102,7 +102,9 @@ Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, do
   if (!here) return Miss::not_converged;
   Minimum best{std::move(start), here->cost, here->information(), 0};
   double damping = 0.0;
-  std::optional<Eigen::MatrixXd> hessian;  // at `best`
+  // What the residuals' bends add to the information, at `best` or so many steps before.
+  std::optional<Eigen::MatrixXd> bends;
+  int steps_since = 0;
   for (; best.iterations < effort.most_steps && damping < kMostDamping; ++best.iterations) {
     if (best.iterations >= effort.hopeless_after && best.cost > effort.hopeless_cost)
       return Miss::bad_fit;
@@ -110,9 +112,13 @@ Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, do
     const Eigen::VectorXd scale = best.information.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::VectorXd gradient = here->gradient();
     const bool quick = best.iterations < kQuickIterations;
-    if (!quick && !hessian) hessian = curvature(residuals, best, gradient);
-    const Eigen::MatrixXd& normal = quick ? best.information : *hessian;
-    Eigen::MatrixXd damped = scale.asDiagonal() * normal * scale.asDiagonal();
+    if (!quick && !bends) {
+      bends = curvature(residuals, best, gradient) - best.information;
+      steps_since = 0;
+    }
+    Eigen::MatrixXd damped = best.information;
+    if (!quick) damped += *bends;
+    damped = (scale.asDiagonal() * damped * scale.asDiagonal()).eval();
     damped.diagonal().array() += damping;
     const Eigen::LDLT<Eigen::MatrixXd> solver(damped);
     const auto step_by = [&](const Eigen::VectorXd& slope) -> Eigen::VectorXd {
@@ -132,7 +138,7 @@ Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, do
       if (there && there->cost <= best.cost) {
         const double gain = best.cost - there->cost;
         here = std::move(there);
-        hessian.reset();
+        if (++steps_since >= kStepsBetween) bends.reset();
         best.unknowns = std::move(next);
         best.cost = here->cost;
         best.information = here->information();
@@ -142,6 +148,10 @@ Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, do
       }
       // At the rounding floor no step gains any more.
       if (decrement < kRounding * best.cost) return best;
+    }
+    if (!quick && steps_since > 0) {
+      bends.reset();
+      continue;
     }
     damping = damping > 0.0 ? 10.0 * damping : kFirstDamping;
   }

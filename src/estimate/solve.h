@@ -67,10 +67,10 @@ struct Effort {
 
 /// Least squares for dense problems of few unknowns: Gauss-Newton steps, damped as by Levenberg and
 /// Marquardt where they do not lower the cost; Newton's, with the cost's curvature by differences,
-/// where a dozen of these have not got there. Each is bent by what the residuals' curvature asks
-/// for (Transtrum and Sethna 2012, geodesic acceleration). Stops where the next step is shorter
-/// than `tolerance` sigmas or the last one gained no more than such a step would. Misses:
-/// not_converged; bad_fit where the effort says that it is hopeless.
+/// anew after four steps, where a dozen of these have not got there. Each is bent by what the
+/// residuals' curvature asks for (Transtrum and Sethna 2012, geodesic acceleration). Stops where
+/// the next step is shorter than `tolerance` sigmas or the last one gained no more than such a step
+/// would. Misses: not_converged; bad_fit where the effort says that it is hopeless.
 Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, double tolerance,
                          const Effort& effort = {});
 

@@ -35,6 +35,18 @@ void exponentials_here(const double* in, double* out, std::size_t count) {
   each(in, out, count, [](auto tag, auto value) HWY_ATTR { return hn::Exp(tag, value); });
 }
 
+void arctangents_here(const double* in, double* out, std::size_t count) {
+  each(in, out, count, [](auto tag, auto value) HWY_ATTR { return hn::Atan(tag, value); });
+}
+
+void sines_here(const double* in, double* out, std::size_t count) {
+  each(in, out, count, [](auto tag, auto value) HWY_ATTR { return hn::Sin(tag, value); });
+}
+
+void cosines_here(const double* in, double* out, std::size_t count) {
+  each(in, out, count, [](auto tag, auto value) HWY_ATTR { return hn::Cos(tag, value); });
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace vildar
 HWY_AFTER_NAMESPACE();
@@ -45,6 +57,9 @@ namespace {
 
 HWY_EXPORT(logs_here);
 HWY_EXPORT(exponentials_here);
+HWY_EXPORT(arctangents_here);
+HWY_EXPORT(sines_here);
+HWY_EXPORT(cosines_here);
 
 }  // namespace
 
@@ -56,6 +71,21 @@ void natural_logs(std::span<const double> in, std::span<double> out) {
 void exponentials(std::span<const double> in, std::span<double> out) {
   assert(in.size() == out.size());
   HWY_DYNAMIC_DISPATCH(exponentials_here)(in.data(), out.data(), in.size());
+}
+
+void arctangents(std::span<const double> in, std::span<double> out) {
+  assert(in.size() == out.size());
+  HWY_DYNAMIC_DISPATCH(arctangents_here)(in.data(), out.data(), in.size());
+}
+
+void sines(std::span<const double> in_rad, std::span<double> out) {
+  assert(in_rad.size() == out.size());
+  HWY_DYNAMIC_DISPATCH(sines_here)(in_rad.data(), out.data(), in_rad.size());
+}
+
+void cosines(std::span<const double> in_rad, std::span<double> out) {
+  assert(in_rad.size() == out.size());
+  HWY_DYNAMIC_DISPATCH(cosines_here)(in_rad.data(), out.data(), in_rad.size());
 }
 
 }  // namespace vildar

@@ -12,4 +12,11 @@ void natural_logs(std::span<const double> in, std::span<double> out);
 /// out[i] = exp(in[i]); likewise, for finite values.
 void exponentials(std::span<const double> in, std::span<double> out);
 
+/// out[i] = arctan(in[i]) in radians; likewise.
+void arctangents(std::span<const double> in, std::span<double> out);
+
+/// Of angles within some hundred radians; likewise.
+void sines(std::span<const double> in_rad, std::span<double> out);
+void cosines(std::span<const double> in_rad, std::span<double> out);
+
 }  // namespace vildar

@@ -89,6 +89,16 @@ TEST(VectorMath, AgreesWithTheStandardLibraryAtEveryLength) {
       EXPECT_NEAR(logs[i], std::log(values[i]), kUlps * std::max(1.0, std::abs(logs[i])));
     exponentials(logs, exponents);
     for (std::size_t i = 0; i < n; ++i) EXPECT_NEAR(exponents[i] / std::exp(logs[i]), 1.0, kUlps);
+    std::vector<double> angles(n), sine(n), cosine(n);
+    arctangents(logs, angles);
+    for (std::size_t i = 0; i < n; ++i) EXPECT_NEAR(angles[i], std::atan(logs[i]), kUlps);
+    for (double& angle : angles) angle *= random.uniform(0.0, 20.0);
+    sines(angles, sine);
+    cosines(angles, cosine);
+    for (std::size_t i = 0; i < n; ++i) {
+      EXPECT_NEAR(sine[i], std::sin(angles[i]), kUlps);
+      EXPECT_NEAR(cosine[i], std::cos(angles[i]), kUlps);
+    }
   }
 }
 
