@@ -36,7 +36,9 @@ PowerPass as_seen_by(const PowerTrace& trace, PowerPass pass, const Site& site) 
   const bool earlier = along_m(trace.photodiode) > along_m(pass.photodiode);
   const std::vector<PowerBlock> blocks =
       block_means(trace, pass.from_s, pass.to_s, std::max(kBlock_s, trace.sample_period_s), 0.0);
-  const auto found = std::ranges::lower_bound(blocks, pass.peak_s, {}, &PowerBlock::time_s);
+  // Side by side noise makes either peak the earlier one.
+  const double peaks_s = pass.peak_s + (earlier ? kBlock_s : -kBlock_s);
+  const auto found = std::ranges::lower_bound(blocks, peaks_s, {}, &PowerBlock::time_s);
   const auto peak = earlier ? std::max_element(blocks.begin(), found, dimmer)
                             : std::max_element(found, blocks.end(), dimmer);
   if (peak == blocks.end()) return pass;

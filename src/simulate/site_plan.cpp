@@ -169,6 +169,12 @@ PlanRow plan_pass(const LaneSite& lane, double speed_mps, const Site& site,
           trace_of(vehicle, site, static_cast<int>(k), options, from_s, to_s + 0.5, random));
   if (!site.camera) {
     row.seconds = span_s;
+    if (!vehicle.oncoming()) {
+      row.result.withheld = Miss::outside_model;
+      row.result.warnings.push_back(
+          "its vehicles drive away: photodiodes tell the speed of headlamps alone; add a camera");
+      return row;
+    }
     if (traces.empty() || traces.front().time_s.empty()) {
       row.result.withheld = Miss::too_few_samples;
       return row;
@@ -179,10 +185,14 @@ PlanRow plan_pass(const LaneSite& lane, double speed_mps, const Site& site,
   std::vector<VehiclePower> power;
   for (const PowerTrace& trace : traces) power.push_back({&trace, false});
   const VehicleTrack track = track_of(vehicle, site, options, from_s, to_s, row, random);
-  if (track.sightings.empty())
-    row.result.withheld = Miss::too_few_samples;
-  else
+  if (!track.sightings.empty()) {
     row.result = estimate_vehicle(track, site, power).result;
+    return row;
+  }
+  row.result.withheld = Miss::too_few_samples;
+  row.result.warnings.push_back(
+      "the camera sees no lamp in this lane: check its yaw_deg, pitch_deg and position_m, and the "
+      "lane's lateral_m (left of the camera: positive)");
   return row;
 }
 
@@ -262,7 +272,6 @@ std::vector<PlanRow> plan_site(const Site& site, const PlanOptions& options) {
     throw std::invalid_argument("plan_site: the site has no lanes; add road.lanes");
   std::vector<PlanRow> rows;
   for (const LaneSite& lane : site.road.lanes) {
-    if (!site.camera && lane.direction != Direction::oncoming) continue;
     for (const double speed_kmh : options.speeds_kmh) {
       PlanRow& row =
           rows.emplace_back(plan_lane(lane, speed_kmh / kmh_from_mps(1.0), site, options));

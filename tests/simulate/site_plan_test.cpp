@@ -105,10 +105,15 @@ TEST(SitePlan, OnePhotodiodeIsAsSureAtAnySpeed) {
   site.channel->gain_db = Uncertain{-42.0, 0.3};
   site.channel->path_loss_exponent = Uncertain{2.0, 0.0};
   const double of_gain = 0.5 * 0.1 * std::log(10.0) * 0.3;
-  for (const PlanRow& row : plan_site(site, {.speeds_kmh = {30.0, 50.0, 90.0}})) {
-    ASSERT_FALSE(row.result.withheld) << row.speed_mps << ": " << name_of(*row.result.withheld);
-    EXPECT_GT(relative(row), of_gain) << row.speed_mps;
-    EXPECT_LT(relative(row), 1.5 * of_gain) << row.speed_mps;
+  // A second one at its side brings no delay, and takes nothing away.
+  for (int photodiodes = 1; photodiodes <= 2; ++photodiodes) {
+    site.photodiodes.resize(photodiodes, site.photodiodes[0]);
+    for (const PlanRow& row : plan_site(site, {.speeds_kmh = {30.0, 50.0, 90.0}})) {
+      if (row.lane != "near") continue;
+      ASSERT_FALSE(row.result.withheld) << row.speed_mps << ": " << name_of(*row.result.withheld);
+      EXPECT_GT(relative(row), of_gain) << row.speed_mps;
+      EXPECT_LT(relative(row), 1.5 * of_gain) << row.speed_mps;
+    }
   }
 }
 
@@ -120,6 +125,19 @@ TEST(SitePlan, SaysWhyNothingWouldBeMeasured) {
   EXPECT_EQ(row.result.withheld, Miss::no_scale);
   ASSERT_FALSE(row.result.warnings.empty());
   EXPECT_NE(row.result.warnings.front().find("lamps.height_m"), std::string::npos);
+
+  const auto warning_of = [](const Site& planned, const std::string& lane) {
+    const auto rows = plan_site(planned, {.speeds_kmh = {50.0}});
+    const PlanRow& found = *std::ranges::find(rows, lane, &PlanRow::lane);
+    EXPECT_TRUE(found.result.withheld);
+    return found.result.warnings.empty() ? "" : found.result.warnings.front();
+  };
+  Site looks_away = mast_site();
+  looks_away.camera->yaw_rad.mean += radians_from_degrees(90.0);
+  EXPECT_NE(warning_of(looks_away, "near").find("yaw_deg"), std::string::npos);
+  Site light_alone = mast_site();
+  light_alone.camera.reset();
+  EXPECT_NE(warning_of(light_alone, "far").find("drive away"), std::string::npos);
 }
 
 TEST(SitePlan, RefusesWhatItCannotPlan) {
