@@ -204,7 +204,7 @@ void put_hardest(const DelayRows& rows, const DelayModel& model, const DelayMoti
 // road differs from that of the distance alone. Mean over the far pulse, as it tells the delay.
 double drift_std_mps(const DelayProblem& problem, const DelayRows& rows, const DelayModel& model,
                      const DelayMotion& found) {
-  constexpr double kDrift_mps = 0.06;  // rms, of 8 cm to and fro within six seconds
+  constexpr double kDrift_mps = 0.03;  // rms, of 4 cm to and fro within six seconds
   constexpr double kFall = 2.0;        // inverse square
   const double reference_mps = model.motion_at(found.value, 0.0).speed_mps;
   const double passed_s = problem.far.passed_s - rows.reference_s;
@@ -294,10 +294,10 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
   fit.covariance =
       of_all(slopes_of(motion)) + baseline_share * baseline_share * both * both.transpose();
   fit.drift_std_mps = drift_std_mps(problem, rows, model, found);
-  fit.covariance(0, 0) += std::pow(unlike_mps(tau_s), 2) + std::pow(fit.drift_std_mps, 2);
+  fit.covariance(0, 0) += std::pow(unlike_mps(tau_s), 2);
   fit.acceleration_std_mps2 = std::sqrt(fit.covariance(1, 1));
   SpeedEstimate& speed = fit.speed;
-  speed.std_mps = std::hypot(std::sqrt(fit.covariance(0, 0)), turned_mps(tau_s));
+  speed.std_mps = std::hypot(std::sqrt(fit.covariance(0, 0)), turned_mps(tau_s), fit.drift_std_mps);
   const double log_std = speed.std_mps / speed.speed_mps;
   speed.lo95_mps = speed.speed_mps * std::exp(-kTwoSided95 * log_std);
   speed.hi95_mps = speed.speed_mps * std::exp(kTwoSided95 * log_std);

@@ -43,9 +43,9 @@ struct DelayFit {
   SpeedEstimate speed;    ///< where of the times asked for it is known best; positive: oncoming
   double surest_s = 0.0;  ///< where of all times of the light noise leaves the speed known best
   double acceleration_mps2 = 0.0, acceleration_std_mps2 = 0.0;
-  /// Of speed and acceleration at the speed's time, without kDelayAccelerationDoubt_mps2.
+  /// Of speed and acceleration at the speed's time, without kDelayAccelerationDoubt_mps2 and drift.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();
-  /// Part of the speed's sigma: the driver's way to the side, of 0.06 m/s rms, changes the light.
+  /// Part of the speed's sigma: the driver's way to the side, of 0.03 m/s rms, changes the light.
   double drift_std_mps = 0.0;
   /// Of the speed without that part, which is one for all that is seen of a vehicle.
   double own_std_mps() const {

@@ -1,5 +1,6 @@
 #include "estimate/delay_joint.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace vildar {
@@ -24,6 +25,11 @@ Outcome<JointFit> fit_with_delay(const Trajectory& camera_only, const DelayFit& 
     joint.trajectory.change = std::move(*change);
   constexpr double kMostPull = 10.0;  // half a chi-square of two degrees of freedom
   if (joint.trajectory.fit.cost - camera_only.fit.cost > kMostPull) return Miss::sensors_contradict;
+  // By as much as the delay tells more than the bearings do.
+  const double alone_mps = camera_only.at(motion.time_s).speed_std_mps;
+  const double both_mps = joint.trajectory.at(motion.time_s).speed_std_mps;
+  joint.trajectory.drift_std_mps =
+      delay.drift_std_mps * std::max(0.0, 1.0 - std::pow(both_mps / alone_mps, 2));
   joint.power_chi2_per_block = delay.chi2_per_dof;
   joint.samples = delay.speed.samples_used;
   return joint;

@@ -67,8 +67,10 @@ MotionState state_of(const Trajectory& one, double time_s) {
   state.lateral_m = place.y().a + problem.setting.camera_m.y();
   state.over_ground_mps = over_ground.a;
   state.speed_std_mps = std::hypot(
-      one.std_of(slopes_of(over_ground),
-                 scale_m.a * by_steps(one, [&](const auto& step) { return step.rate(tau_s); })),
+      std::hypot(
+          one.std_of(slopes_of(over_ground),
+                     scale_m.a * by_steps(one, [&](const auto& step) { return step.rate(tau_s); })),
+          one.drift_std_mps),
       one.ego.speed_std_mps(), turns_wider_mps(one, over_ground.a));
   state.scaled_mps = over_ground.a + lane_share.a * one.ego.speed_mps(problem.reference_s);
   state.closing_mps = over_ground.a + lane_share.a * one.ego.speed_mps(time_s);

@@ -39,6 +39,8 @@ struct Trajectory {
   int frames = 0;
   bool part = false;                       ///< the model does not explain the rest of its track
   BearingOf bearing_of = BearingOf::pair;  ///< what the bearings in `problem` are of
+  /// Of its speed, by how drifting to the side misleads the photodiodes' delay in it.
+  double drift_std_mps = 0.0;
 
   MotionState at(double time_s) const;
   double lamp_height_m() const;

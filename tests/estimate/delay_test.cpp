@@ -284,14 +284,14 @@ TEST(Delay, SpeedGoesWithTheBaselineAndItsSigmaWithBoth) {
   EXPECT_NEAR(relative(other), std::hypot(relative(one), 0.01), 5e-4);
 }
 
-// 8 cm to and fro within six seconds, beside photodiodes ten metres apart, whose noise tells the
+// 4 cm to and fro within six seconds, beside photodiodes ten metres apart, whose noise tells the
 // speed to a thousandth.
 TEST(Delay, WhoDriftsToTheSideIsWithinTheSigma) {
   const Site site = simulated::two_photodiodes(10.0);
   int far = 0;
   for (const double phase_rad : {0.0, 1.0, 2.0, 3.0, 4.0, 5.0}) {
     simulated::Vehicle vehicle;
-    vehicle.weave = {0.08, 6.0, phase_rad};
+    vehicle.weave = {0.04, 6.0, phase_rad};
     const auto fit = std::get<DelayFit>(pair_of(vehicle, site, {.snr_db = 60.0}).speed(site));
     const double off_mps = fit.speed.speed_mps - vehicle.speed_at_mps(fit.speed.time_s);
     EXPECT_LT(std::abs(off_mps), 2.5 * fit.speed.std_mps) << phase_rad;
