@@ -127,10 +127,13 @@ double log_light_std(const PowerTraceFacts& trace, double from_s, double to_s) {
 }
 
 bool is_mostly_clipped(const PowerTrace& trace, double from_s, double to_s) {
+  if (trace.time_s.empty()) return false;
+  from_s = std::max(from_s, trace.time_s.front());
+  to_s = std::min(to_s, trace.time_s.back());
   double clipped_s = 0.0;
   for (const ClippedTime& one : trace.clipped)
     clipped_s += std::max(0.0, std::min(one.to_s, to_s) - std::max(one.from_s, from_s));
-  return clipped_s > 0.5 * (std::min(trace.time_s.back(), to_s) - from_s);
+  return clipped_s > 0.5 * std::max(0.0, to_s - from_s);
 }
 
 }  // namespace vildar

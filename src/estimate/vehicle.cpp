@@ -299,20 +299,21 @@ std::size_t lanes_in_doubt(const DelayFit& fit, const Trajectory* trajectory,
 Delay delay_alone(const Site& site, std::span<const VehiclePower> power, const Asked& asked,
                   const Trajectory* trajectory, const VehicleResult& result, MethodResult& row) {
   constexpr double kBefore_s = 0.5, kPassing_s = 4.0;
-  std::vector<const PowerTrace*> traces;
-  for (const VehiclePower& offered : power)
-    if (!offered.shared) traces.push_back(offered.trace);
   const double from_s = result.t_first_s - kBefore_s, to_s = result.t_last_s + kPassing_s;
-  if (std::ranges::any_of(traces, [&](const PowerTrace* trace) {
-        const double offset_s = site.photodiodes[trace->photodiode].time_offset_s.mean;
-        return is_mostly_clipped(*trace, from_s - offset_s, to_s - offset_s);
-      })) {
-    row.speed = Miss::saturated;
-    return {};
+  const auto clipped = [&](const PowerTrace& trace) {
+    const double offset_s = site.photodiodes[trace.photodiode].time_offset_s.mean;
+    return is_mostly_clipped(trace, from_s - offset_s, to_s - offset_s);
+  };
+  std::vector<const PowerTrace*> traces;
+  bool shared = false;
+  for (const VehiclePower& offered : power) {
+    shared |= offered.shared;
+    if (!offered.shared && !clipped(*offered.trace)) traces.push_back(offered.trace);
   }
   const auto outcome = delay_speed(site, traces, from_s, to_s, asked.from_s, asked.to_s);
   row = delay_row(outcome);
-  if (traces.size() < power.size() && traces.size() < 2) row.speed = Miss::several_vehicles;
+  if (traces.size() < power.size() && traces.size() < 2)
+    row.speed = shared ? Miss::several_vehicles : Miss::saturated;
   Delay delay;
   const auto* fit = std::get_if<DelayFit>(&outcome);
   if (!fit) return delay;

@@ -261,14 +261,33 @@ TEST(Delay, OfLightThatIsMostlyClippedNoneIsToldBesideACamera) {
   site.camera = simulated::mast_site(4.0).camera;
   const simulated::Vehicle vehicle;
   Pair pair = pair_of(vehicle, site);
-  for (PowerTrace* trace : {&pair.near, &pair.far})
-    trace->clipped = {{trace->time_s.front(), 0.9 * trace->time_s.back()}};
+  for (PowerTrace* trace : {&pair.near, &pair.far}) {
+    const double to_s = 0.9 * trace->time_s.back();
+    trace->clipped = {{trace->time_s.front(), to_s}};
+    const auto end = std::ranges::lower_bound(trace->time_s, to_s) - trace->time_s.begin();
+    trace->time_s.erase(trace->time_s.begin() + 1, trace->time_s.begin() + end);
+    trace->power_w.erase(trace->power_w.begin() + 1, trace->power_w.begin() + end);
+  }
   const VehicleResult result = beside_camera(vehicle, site, pair, 2.0);
   EXPECT_FALSE(result.withheld);
   const auto row =
       std::ranges::find(result.methods, Method::delay_photodiodes, &MethodResult::method);
   ASSERT_NE(row, result.methods.end());
   EXPECT_EQ(std::get<Miss>(row->speed), Miss::saturated);
+}
+
+TEST(Delay, TracesThatEndBeforeTheVehicleComesTellNothing) {
+  Site site = simulated::two_photodiodes(2.0);
+  site.camera = simulated::mast_site(4.0).camera;
+  const simulated::Vehicle vehicle;
+  Pair pair = pair_of(vehicle, site);
+  for (PowerTrace* trace : {&pair.near, &pair.far}) {
+    trace->time_s.clear();
+    trace->power_w.clear();
+  }
+  const VehicleResult result = beside_camera(vehicle, site, pair, 2.0);
+  EXPECT_FALSE(result.withheld);
+  EXPECT_EQ(result.method, Method::geometry_camera);
 }
 
 TEST(Delay, SpeedGoesWithTheBaselineAndItsSigmaWithBoth) {

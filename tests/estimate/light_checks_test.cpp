@@ -24,6 +24,8 @@ TEST(LightChecks, ATimeIsMostlyClippedByTheStretchesWithinIt) {
   EXPECT_TRUE(is_mostly_clipped(trace, 0.0, 4.0));
   EXPECT_TRUE(is_mostly_clipped(trace, 2.5, 4.0));
   EXPECT_FALSE(is_mostly_clipped(trace, 3.0, 20.0));  // it ends at 6 s
+  EXPECT_FALSE(is_mostly_clipped(trace, 7.0, 9.0));
+  EXPECT_FALSE(is_mostly_clipped({}, 0.0, 6.0));
 }
 
 }  // namespace
