@@ -154,7 +154,9 @@ std::optional<Eigen::Vector2d> bearing_rad(const TrackRow& row) {
 Together seen_together(const VehicleEstimate& upper, const VehicleEstimate& carrier) {
   constexpr double kLeastDown_rad = 1e-3;
   // One lamp may be at the side of a lorry, and the other one at its other side.
-  const double beside_m = !always_alone(upper) ? 1.2 : always_alone(carrier) ? 2.6 : 1.5;
+  constexpr double kPair_m = 1.2, kAlone_m = 1.5, kBothAlone_m = 2.6;
+  const double alone_m = always_alone(carrier) ? kBothAlone_m : kAlone_m;
+  const double beside_m = always_alone(upper) ? alone_m : kPair_m;
   Together seen;
   // Where it stands, or is not measured, the carrier is about where it next is.
   std::vector<double> before_rad;
@@ -297,8 +299,9 @@ bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, doub
   // In line with a pair, one light or a narrow pair is as likely an end of the lamps over a lorry's
   // cab as a motorcycle that passes the camera at once with it; lamps fainter than the pair's,
   // if they were where they seem to be, are likelier markers than headlamps.
-  const bool end_of_row = !always_alone(carrier) && (alone || line->width < kNarrow);
-  const bool faint = line->brighter * line->factor * line->factor < kFaint;
+  const bool over_pair = !always_alone(carrier);
+  const bool end_of_row = over_pair && (alone || line->width < kNarrow);
+  const bool faint = over_pair && line->brighter * line->factor * line->factor < kFaint;
   const bool drives_so = !upper.result.lane.empty() && std::abs(line->mean_off_m) > kAbove_m &&
                          !collides && !end_of_row && !faint && line->factor < kFaster &&
                          upper.result.speed.speed_mps < kFastest_mps;

@@ -47,8 +47,8 @@ bool glints_beside(const VehicleEstimate& light, const VehicleEstimate& source);
 /// Measured vehicles, held while another track may turn out to be of the same vehicle. Of two that
 /// are one, or a car and its trailer, the speed of smaller relative sigma stands, or that of the
 /// headlamps where the other is of the fog lamps or strips about them; the other is withheld
-/// (ambiguous_identity), as are lamps that ride on another vehicle, images of its lamps on the road
-/// and glints beside it.
+/// (ambiguous_identity), as are lamps that ride on another vehicle or stand on its side, images of
+/// its lamps on the road and glints beside it.
 class MeasuredVehicles {
  public:
   /// Height of the camera over headlamps, and theirs over the road, in metres.

@@ -46,7 +46,8 @@ std::vector<Look> looks_at(const VehicleEstimate& light, const VehicleEstimate& 
     pair = std::ranges::lower_bound(pair, carrier.rows.end(), frame_of(lone), {}, frame_of);
     if (pair != carrier.rows.end() && frame_of(*pair) == frame_of(lone) && shows_both(*pair) &&
         pair->range_m) {
-      found.push_back({*pair->range_m, at.x(), at.y(), tangents(*pair->bearing_rad).x()});
+      found.push_back(
+          {*pair->range_m - camera_m.x(), at.x(), at.y(), tangents(*pair->bearing_rad).x()});
     } else {
       const MotionState there = mixed_state(carrier.trajectories, lone.time_s);
       const double ahead_m = there.range_m - camera_m.x();
@@ -58,11 +59,12 @@ std::vector<Look> looks_at(const VehicleEstimate& light, const VehicleEstimate& 
 }
 
 double separation_m(const VehicleEstimate& carrier) {
+  const double camera_m = carrier.trajectories.front().problem.setting.camera_m.x();
   std::vector<double> found_m;
   for (const TrackRow& row : carrier.rows)
     if (shows_both(row) && row.range_m)
       found_m.push_back(
-          *row.range_m *
+          (*row.range_m - camera_m) *
           (tangents(*row.bearing_left_rad) - tangents(*row.bearing_right_rad)).norm());
   return found_m.empty() ? 0.0 : median(std::move(found_m));
 }
@@ -114,7 +116,8 @@ bool is_side_marker(const VehicleEstimate& light, const VehicleEstimate& carrier
   constexpr double kLeastBehind_m = 1.0, kLorry_m = 18.0, kCar_m = 5.0, kLorrysPair_m = 1.55;
   constexpr double kLeastBeside = 0.52, kMostBeside = 0.85;  // of the pair's separation
   if (light.trajectories.empty() || carrier.trajectories.empty() || has_pair(light) ||
-      light.result.direction != carrier.result.direction)
+      light.result.direction != carrier.result.direction ||
+      carrier.trajectories.front().problem.setting.bend != 0.0)
     return false;
   const std::vector<Look> looks = looks_at(light, carrier);
   const double pair_m = separation_m(carrier);
