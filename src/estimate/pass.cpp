@@ -128,9 +128,6 @@ Outcome<KnownLight> light_of_pass(const SeenPass& seen, const Site& site, const 
   found.known = std::get<PowerCase>(known);
   found.known.log_gain_std =
       std::hypot(found.known.log_gain_std, log_light_std(trace, pass.from_s, pass.peak_s));
-  // Beside several lanes it may be the light of two, of which none is told from one that is nearer.
-  constexpr double kOfTwo = 0.35;  // ln 2 is two sigmas
-  if (!abreast.lane()) found.known.log_gain_std = std::hypot(found.known.log_gain_std, kOfTwo);
   const double offset_s =
       site.photodiodes.at(static_cast<std::size_t>(trace.photodiode)).time_offset_s.mean;
   found.light = vehicle_light(trace, site, found.known, pass.from_s + offset_s,
@@ -147,6 +144,9 @@ Outcome<KnownLight> light_of_pass(const SeenPass& seen, const Site& site, const 
         "V), responsivity_a_per_w and transimpedance_v_per_a");
   // Where it seems to be nearer than the lane is, no light is left.
   if (lack) return times ? Miss::outside_model : *lack;
+  // Beside several lanes it may be the light of two, of which none is told from one that is nearer.
+  constexpr double kOfTwo = 0.35;  // ln 2 is two sigmas
+  if (!abreast.lane()) found.known.log_gain_std = std::hypot(found.known.log_gain_std, kOfTwo);
   return found;
 }
 
