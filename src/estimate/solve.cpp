@@ -138,18 +138,20 @@ Outcome<Minimum> descend(const ResidualsAt& residuals, Eigen::VectorXd start, do
       if (there && there->cost <= best.cost) {
         const double gain = best.cost - there->cost;
         here = std::move(there);
-        if (++steps_since >= kStepsBetween) bends.reset();
         best.unknowns = std::move(next);
         best.cost = here->cost;
         best.information = here->information();
-        if (gain < least_gain) return best;
+        // A step by bends of before may gain little for that.
+        const bool stale = bends && steps_since > 0;
+        if (gain < least_gain && !stale) return best;
+        if (bends && (gain < least_gain || ++steps_since >= kStepsBetween)) bends.reset();
         damping = damping > kFirstDamping ? 0.1 * damping : 0.0;
         continue;
       }
       // At the rounding floor no step gains any more.
       if (decrement < kRounding * best.cost) return best;
     }
-    if (!quick && steps_since > 0) {
+    if (bends && steps_since > 0) {
       bends.reset();
       continue;
     }

@@ -408,7 +408,8 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
   if (!crosses && !first.steady() && (site.ego || !in_another_lane(std::min(factor, kMostLeft)))) {
     auto parts = steady_parts(track, camera, site);
     BearingFit* best = best_of(parts);
-    if (!best && (ahead || !in_another_lane(factor)) && !first.explains()) return Miss::bad_fit;
+    const bool untried = site.ego ? !ahead : factor > kMostLeft;
+    if (!best && !(untried && in_another_lane(factor)) && !first.explains()) return Miss::bad_fit;
     if (best) {
       Discord most;
       for (const SteadyPart& one : parts) {

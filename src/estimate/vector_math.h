@@ -12,7 +12,7 @@ void natural_logs(std::span<const double> in, std::span<double> out);
 /// out[i] = exp(in[i]); likewise, for finite values.
 void exponentials(std::span<const double> in, std::span<double> out);
 
-/// out[i] = arctan(in[i]) in radians; likewise.
+/// out[i] = arctan(in[i]) in radians; likewise, and of infinite values.
 void arctangents(std::span<const double> in, std::span<double> out);
 
 /// Of angles within some hundred radians; likewise.

@@ -78,6 +78,13 @@ TEST(PowerModel, BehindTheLampThereIsNoLight) {
   EXPECT_NEAR(curve.power_w()[1], (PowerLaw{1.0, 1.21, 0.0}.power_w(-1.0, 0.5)), 1e-12);
 }
 
+TEST(VectorMath, TheArctangentOfInfinityIsARightAngle) {
+  std::vector<double> values{INFINITY, -INFINITY};
+  arctangents(values, values);
+  EXPECT_DOUBLE_EQ(values[0], 0.5 * std::numbers::pi);
+  EXPECT_DOUBLE_EQ(values[1], -0.5 * std::numbers::pi);
+}
+
 TEST(VectorMath, AgreesWithTheStandardLibraryAtEveryLength) {
   constexpr double kUlps = 8.0 * 2.2e-16;
   Random random(5);
