@@ -82,7 +82,7 @@ std::string odd_runs(const SiteLearning& learning, const std::vector<fs::path>& 
     const auto took_part = std::ranges::count_if(
         learning.took_part, [&](std::size_t pass) { return pass >= first && pass < first + all; });
     first += all;
-    if (static_cast<double>(took_part) > kMost * static_cast<double>(all))
+    if (static_cast<double>(took_part) >= kMost * static_cast<double>(all))
       ++sound_runs;
     else if (all >= kFewest)
       odd += (odd.empty() ? "" : ", ") + folders[run].string() + " (" + std::to_string(took_part) +
@@ -117,7 +117,7 @@ std::vector<std::string> warnings_of(const SiteLearning& learning,
     found.push_back(odd +
                     ": unlike the other runs; of another camera, or was it moved? Calibrate "
                     "from the runs of one mounting");
-  else if (left_out > kManyLeftOut * all)
+  if (left_out > kManyLeftOut * all)
     found.push_back(std::to_string(left_out) + " of " + std::to_string(all) +
                     " passes were left out; where that many do not fit, those that do are no fair "
                     "sample: check the position_m, lanes and lamps of the site file");

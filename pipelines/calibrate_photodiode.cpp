@@ -215,8 +215,8 @@ std::vector<std::string> warnings_of(const Learning& learning) {
   for (const LearnedGain& gain : learning.gains->gains) {
     const Change change = change_of(gain);
     if (!change.learned) continue;
-    const bool far = strain(change) > kFarGain, differ = change.spread > change.before.std;
-    if (far || differ)
+    const bool far = strain(change) > kFarGain;
+    if (far || gain.differs)
       found.push_back(gain.key +
                       (far ? " lies " + fixed_text(strain(change), 1) +
                                  " of its stated sigmas from the site file"
@@ -255,7 +255,7 @@ nlohmann::ordered_json json_of(const Change& change) {
           {"spread", change.spread},          {"passes", change.passes}};
 }
 
-std::string json_report(const Learning& learning) {
+std::string json_report(const Learning& learning, const std::vector<std::string>& warnings) {
   nlohmann::ordered_json report;
   report["followed"] = learning.passes;
   if (learning.clock) {
@@ -271,7 +271,7 @@ std::string json_report(const Learning& learning) {
     report["speed_relative_std"] = {{"before", learning.gains->speed_std_before},
                                     {"after", learning.gains->speed_std_after}};
   }
-  report["warnings"] = warnings_of(learning);
+  report["warnings"] = warnings;
   return report.dump(2) + "\n";
 }
 
@@ -285,9 +285,10 @@ void calibrate_photodiode(const RunsArguments& arguments) {
   for (const fs::path& run : arguments.runs) runs.push_back(read_run(run, arguments.site, site));
   const Learning learning = learn(runs, site, arguments.site);
   write_file_atomically(arguments.out, effective_site_yaml(learning.site()));
-  for (const std::string& warning : warnings_of(learning))
-    std::cerr << "warning: " << warning << "\n";
-  std::cout << (arguments.json ? json_report(learning) : text_report(learning)) << std::flush;
+  const std::vector<std::string> warnings = warnings_of(learning);
+  for (const std::string& warning : warnings) std::cerr << "warning: " << warning << "\n";
+  std::cout << (arguments.json ? json_report(learning, warnings) : text_report(learning))
+            << std::flush;
 }
 
 }  // namespace

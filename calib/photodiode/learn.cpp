@@ -94,7 +94,8 @@ LearnedGain settle(std::size_t photodiode, const FoundRatio& found, Site& site) 
   // which stands in for it.
   const double told_std = mean * ratio.std / ratio.mean;
   const double found_std = std::hypot(gain.mean_std, gain.spread);
-  gain.after = {mean, gain.spread > told_std ? found_std : std::min(found_std, told_std)};
+  gain.differs = gain.spread > told_std;
+  gain.after = {mean, gain.differs ? found_std : std::min(found_std, told_std)};
   ratio = gain.after;
   site.photodiodes[photodiode].gain_ratio_told = true;
   return gain;

@@ -24,6 +24,7 @@ struct LearnedGain {
   Uncertain before, after;
   double mean_std = 0.0;  ///< of the mean of the passes
   double spread = 0.0;    ///< by which passes differ
+  bool differs = false;   ///< passes do, by more than was stated of the ratio
   int passes = 0;         ///< that tell of it
 };
 
@@ -43,7 +44,8 @@ struct GainLearning {
 /// both saw: each pass's joint fit of bearings and power tells each ratio with its sigma, and the
 /// ratios of all passes are one population whose mean and spread are learned. A ratio known exactly
 /// (std 0) stays, as does one that fewer than five passes tell of; a pass unlike the others is left
-/// out. The new sigma is that of the mean and the spread together.
+/// out. The new sigma is that of the mean and the spread together, not more than stated where
+/// passes differ by less than that.
 ///
 /// Misses: unobservable (no ratio has a std).
 Outcome<GainLearning> learn_gains(std::span<const LitPass> passes, const Site& site);

@@ -186,11 +186,11 @@ SiteLearning learning_of(const Round& round, const Site& stated, const Site& pre
     quantity.mean_std =
         unit * population.per_step() * std::sqrt(round.learned.covariance(own, own));
     quantity.spread = unit * population.per_step() * population.spread;
-    quantity.strain = (round.learned.means[own] - population.mean.mean) / population.mean.std;
     quantity.after = quantity.before;
     if (quantity.passes >= fewest && is_stated(stated, population)) {
       quantity.after = {mean_for_file(population, population.mean_value(), *present.camera),
                         unit * std_for_file(population, stds[k], *stated.camera)};
+      quantity.strain = (round.learned.means[own] - population.mean.mean) / population.mean.std;
       state(learning.site, population, quantity.after);
     }
     learning.quantities.push_back(quantity);

@@ -81,6 +81,11 @@ TEST_F(Calibrate, MountIsLearnedFromARunAndUsedByTheNext) {
     EXPECT_LT(error_rad, kFar * turn_rad.std) << truth_deg << ran.out;
     EXPECT_LT(degrees_from_radians(turn_rad.std), 5.0 * kClose_deg) << truth_deg << ran.out;
   }
+  EXPECT_EQ(ran.err.find("warning"), std::string::npos) << ran.err;
+  const test::Ran json = run(
+      {"calibrate", "mount", path("first"), "--site", site, "--out", path("again.yaml"), "--json"});
+  EXPECT_NE(json.out.find("\"strain\""), std::string::npos) << json.out;
+  EXPECT_NE(json.out.find("\"warnings\": []"), std::string::npos) << json.out;
   EXPECT_EQ(run({"run", clip, "--site", learned_file, "--out", path("second")}).code, 0);
   const test::Ran score =
       run({"evaluate", path("second"), path("scene"), "--require", "recall>=0.85", "--require",

@@ -51,6 +51,7 @@ TEST(LearnGains, PassesThatDifferByMoreThanIsStatedLeaveItUnsure) {
   const LearnedGain gain = learned(scene).gains.at(0);
   ASSERT_GE(gain.passes, kFewestGainPasses);
   EXPECT_GT(gain.spread, 0.04);
+  EXPECT_TRUE(gain.differs);
   EXPECT_GE(gain.after.std, gain.spread);
 }
 
