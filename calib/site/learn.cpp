@@ -228,13 +228,14 @@ Site with_pose(Site site, const CameraSite& learned) {
 bool SiteLearning::strains_the_file() const {
   constexpr double kFar = 3.5;           // sigmas; of ten quantities
   constexpr double kHundredth = 2.3263;  // of a normal law, one-sided
-  double chi2 = 0.0;
+  double chi2 = 0.0, learned = 0.0;
   for (const LearnedQuantity& quantity : quantities) {
     if (std::abs(quantity.strain) > kFar) return true;
     chi2 += quantity.strain * quantity.strain;
+    learned += quantity.strain != 0.0 ? 1.0 : 0.0;
   }
   // Wilson and Hilferty 1931: the cube root of chi-square over its degrees is about normal.
-  const double part = 2.0 / (9.0 * std::max(1.0, static_cast<double>(quantities.size())));
+  const double part = 2.0 / (9.0 * std::max(1.0, learned));
   return std::cbrt(chi2 * 4.5 * part) > 1.0 - part + kHundredth * std::sqrt(part);
 }
 
