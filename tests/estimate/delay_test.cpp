@@ -12,6 +12,12 @@ using simulated::Pair;
 using simulated::pair_of;
 using simulated::Receiving;
 
+Site beside_a_mast() {
+  Site site = simulated::two_photodiodes(2.0);
+  site.camera = simulated::mast_site(4.0).camera;
+  return site;
+}
+
 TEST(Delay, SpeedAndAccelerationNeedNothingButTheBaseline) {
   const Site site = simulated::two_photodiodes(2.0);
   for (const double acceleration_mps2 : {0.0, 1.5, -1.5}) {
@@ -213,8 +219,7 @@ VehicleResult beside_camera(const simulated::Vehicle& vehicle, const Site& site,
 
 // The camera has lost the vehicle by then, and its bearings know nothing of it.
 TEST(Delay, ABrakingThatBeginsBehindTheCamerasViewDoesNotBendTheSpeed) {
-  Site site = simulated::two_photodiodes(2.0);
-  site.camera = simulated::mast_site(4.0).camera;
+  const Site site = beside_a_mast();
   for (const double change_mps2 : {-3.0, -6.0}) {
     const simulated::Vehicle vehicle{.speed_mps = 20.0, .changes = {{2.0, change_mps2}}};
     const Pair pair = pair_of(vehicle, site);
@@ -245,8 +250,7 @@ TEST(Delay, ABrakingThatTheCameraSawIsOneVehicle) {
 
 // Beside the one lane told, by both sensors' account.
 TEST(Delay, HowSureNoLaneIsStaysAProbability) {
-  Site site = simulated::two_photodiodes(2.0);
-  site.camera = simulated::mast_site(4.0).camera;
+  const Site site = beside_a_mast();
   const simulated::Vehicle vehicle{.lateral_m = -8.0};
   const Pair pair = pair_of(vehicle, site);
   const VehicleResult result = beside_camera(vehicle, site, pair, 2.0);
@@ -257,8 +261,7 @@ TEST(Delay, HowSureNoLaneIsStaysAProbability) {
 
 // What is left of the light once the rise is clipped is its end, of which the edge tells nothing.
 TEST(Delay, OfLightThatIsMostlyClippedNoneIsToldBesideACamera) {
-  Site site = simulated::two_photodiodes(2.0);
-  site.camera = simulated::mast_site(4.0).camera;
+  const Site site = beside_a_mast();
   const simulated::Vehicle vehicle;
   Pair pair = pair_of(vehicle, site);
   for (PowerTrace* trace : {&pair.near, &pair.far}) {
@@ -277,8 +280,7 @@ TEST(Delay, OfLightThatIsMostlyClippedNoneIsToldBesideACamera) {
 }
 
 TEST(Delay, TracesThatEndBeforeTheVehicleComesTellNothing) {
-  Site site = simulated::two_photodiodes(2.0);
-  site.camera = simulated::mast_site(4.0).camera;
+  const Site site = beside_a_mast();
   const simulated::Vehicle vehicle;
   Pair pair = pair_of(vehicle, site);
   for (PowerTrace* trace : {&pair.near, &pair.far}) {

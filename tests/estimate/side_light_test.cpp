@@ -20,15 +20,16 @@ constexpr View kSeen{.to_s = 2.8, .sigma_px = 0.3};
 
 // Lorries are among what the site expects; as far aside as its lights would be for motorcycles
 // there are lanes.
-Site lorry_site() {
+Site lorry_site(double camera_x_m = 0.0) {
   Site site = mast_site(5.0);
+  site.camera->position_m[0].mean = camera_x_m;
   site.lamps.separation_m = Uncertain{1.6, 0.4};
   site.road.lanes.push_back({"beside", {-6.5, 1.5}, 3.5, Direction::oncoming});
   return site;
 }
 
-VehicleEstimate estimated(int id, const Vehicle& vehicle, const View& view) {
-  const Site site = lorry_site();
+VehicleEstimate estimated(int id, const Vehicle& vehicle, const View& view,
+                          const Site& site = lorry_site()) {
   Random random(static_cast<std::uint64_t>(id));
   VehicleTrack track = track_of(vehicle, site, view, random);
   track.id = id;
@@ -41,7 +42,7 @@ VehicleEstimate estimated(int id, const Vehicle& vehicle, const View& view) {
 
 // Behind the headlamps, and to the left of the middle.
 VehicleEstimate light_at(double behind_m, double beside_m, View view = kSeen,
-                         double faster_mps = 0.0) {
+                         double faster_mps = 0.0, const Site& site = lorry_site()) {
   view.single_lamp = true;
   Vehicle light = kLorry;
   light.along_m += behind_m;
@@ -49,7 +50,7 @@ VehicleEstimate light_at(double behind_m, double beside_m, View view = kSeen,
   light.speed_mps += faster_mps;
   light.height_m = 1.1;
   light.separation_m = 0.0;
-  return estimated(2, light, view);
+  return estimated(2, light, view, site);
 }
 
 TEST(SideLight, AMarkerKeepsItsPlaceOnTheSideOfALorry) {
@@ -58,6 +59,15 @@ TEST(SideLight, AMarkerKeepsItsPlaceOnTheSideOfALorry) {
     for (const double beside_m : {-1.25, 1.25})
       EXPECT_TRUE(is_side_marker(light_at(behind_m, beside_m), lorry))
           << behind_m << ", " << beside_m;
+}
+
+TEST(SideLight, WhereverTheCameraStands) {
+  for (const double camera_x_m : {-8.0, 8.0}) {
+    const Site site = lorry_site(camera_x_m);
+    const VehicleEstimate lorry = estimated(1, kLorry, kSeen, site);
+    EXPECT_TRUE(is_side_marker(light_at(8.0, 1.25, kSeen, 0.0, site), lorry)) << camera_x_m;
+    EXPECT_FALSE(is_side_marker(light_at(22.0, 1.25, kSeen, 0.0, site), lorry)) << camera_x_m;
+  }
 }
 
 TEST(SideLight, AMarkerMayComeIntoViewBeforeTheLamps) {
