@@ -23,6 +23,8 @@ using BeamShapes = std::array<double, kBeamShapes>;
 /// That of a^2 (per rad^2) and of the elevation (per rad) is four times as large: at a nat about
 /// what headlamps differ by.
 double beam_shape_std(double ripple_nat, std::size_t shape);
+/// a^2 and the elevation.
+constexpr bool is_smooth(std::size_t shape) { return shape >= kBeamWaves; }
 
 /// All that shapes the light of one pass. Unknowns but ln of the speed's and the distance's change
 /// are in units of their prior's standard deviation.

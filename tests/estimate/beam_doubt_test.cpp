@@ -59,6 +59,28 @@ TEST(BeamDoubt, SparesAGainThatWasFitted) {
   EXPECT_GT(beam_variance(series, case_of(), motion_of(), 0.2, log_mean), 1e-3);
 }
 
+// As headlamps differ, by 4 nat per radian of elevation and per squared radian of azimuth, though
+// the light itself follows the law.
+TEST(BeamDoubt, OfLampsOfWhichNothingIsTold) {
+  PowerCase fitted = case_of();
+  fitted.log_gain_per_exponent = 3.0;
+  const PowerSeries series = light_of(1, 0.0);
+  const auto log_rise = [](const PowerSeries& seen) {
+    return std::log(seen.power_w.back() / seen.power_w.front());
+  };
+  const auto risen = [&](const std::function<double(double ahead_m)>& shape) {
+    return shape(kAlong_m - kSpeed_mps * series.time_s.back()) -
+           shape(kAlong_m - kSpeed_mps * series.time_s.front());
+  };
+  const double wide = risen([](double ahead_m) { return std::pow(std::atan2(4.0, ahead_m), 2); });
+  const double raised =
+      risen([](double ahead_m) { return std::atan2(3.35, std::hypot(ahead_m, 4.0)); });
+  constexpr double kRounding = 1e-6;
+  const double found = beam_variance(series, fitted, motion_of(), 0.0, log_rise);
+  EXPECT_NEAR(found, 16.0 * (wide * wide + raised * raised), kRounding);
+  EXPECT_EQ(beam_variance(series, case_of(), motion_of(), 0.0, log_rise), 0.0);
+}
+
 TEST(BeamDoubt, IsInfiniteWhereTheEstimatorGivesNothing) {
   const PowerSeries series = light_of(1, 0.0);
   EXPECT_TRUE(std::isinf(
