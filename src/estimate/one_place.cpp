@@ -196,13 +196,14 @@ struct InLine {
   double mean_off_m = 0.0;  // across
   double brighter = 0.0;    // the upper lamps over the carrier's
   double width = 1.0;       // of the upper pair where it seems to be, over the carrier's
-  bool drawn_out = false;   // the carrier's lamps, mostly
+  bool drawn_out = false;   // the carrier's lamps, in a third of the frames or more
+  double nearer = 1.0;      // by which factor the carrier comes nearer, or goes away
 };
 
 std::optional<InLine> keeps_in_line(const VehicleEstimate& upper, const VehicleEstimate& carrier,
                                     double over_lamps_m) {
-  constexpr double kHighCamera_m = 2.0, kNearer = 1.3, kShareInLine = 0.8, kSigmas = 3.0;
-  constexpr double kMostBack_m = 5.0, kMostBackSigma_m = 2.0;
+  constexpr double kHighCamera_m = 2.0, kNearer = 1.1, kShareInLine = 0.8, kSigmas = 3.0;
+  constexpr double kMostBack_m = 5.0, kMostBackSigma_m = 2.0, kDrawnOut = 1.0 / 3.0;
   constexpr std::size_t kFewest = 10;
   if (over_lamps_m < kHighCamera_m || upper.trajectories.empty() || carrier.trajectories.empty() ||
       upper.result.direction != carrier.result.direction)
@@ -222,10 +223,14 @@ std::optional<InLine> keeps_in_line(const VehicleEstimate& upper, const VehicleE
       std::hypot(fit->residual_sigma / std::sqrt(static_cast<double>(frames)),
                  fit->slope_sigma * mean_m) /
       fit->slope;
-  InLine found{
-      fit->slope,          fit->intercept / fit->slope, over_lamps_m * (1.0 - 1.0 / fit->slope),
-      seen.mean_off_m,     median(seen.brighter),       1.0,
-      seen.drawn_out > 0.5};
+  InLine found{fit->slope,
+               fit->intercept / fit->slope,
+               over_lamps_m * (1.0 - 1.0 / fit->slope),
+               seen.mean_off_m,
+               median(seen.brighter),
+               1.0,
+               seen.drawn_out > kDrawnOut,
+               farthest_m / nearest_m};
   if (!seen.width.empty()) found.width = found.factor * median(seen.width);
   if (std::abs(found.back_m) > kMostBack_m || back_sigma_m > kMostBackSigma_m) return std::nullopt;
   return found;
@@ -283,9 +288,9 @@ bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other) {
 
 bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, double over_lamps_m) {
   constexpr double kLowest_m = 0.6, kHighest_m = 3.6;  // of the lamps over headlamps
-  constexpr double kLeastBack_m = -2.0;
-  constexpr double kAbove_m = 0.35, kBody_m = 1.8, kSurelyFaster = 1.4, kFaster = 2.5,
-                   kFastest_mps = 60.0, kNarrow = 0.6, kFaint = 0.5;
+  constexpr double kLeastBack_m = -2.0, kMostBack_m = 3.5;
+  constexpr double kAbove_m = 0.35, kBody_m = 1.8, kSurelyFaster = 1.4, kFaster = 2.0,
+                   kFastest_mps = 60.0, kNarrow = 0.6, kFaint = 0.5, kNearer = 1.3;
   const auto line = keeps_in_line(upper, carrier, over_lamps_m);
   if (!line) return false;
   // A faster vehicle in the next lane that passes the camera at once with the other is in line with
@@ -305,16 +310,16 @@ bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, doub
   const bool drives_so = !upper.result.lane.empty() && std::abs(line->mean_off_m) > kAbove_m &&
                          !collides && !end_of_row && !faint && line->factor < kFaster &&
                          upper.result.speed.speed_mps < kFastest_mps;
-  return !drives_so && line->over_m > kLowest_m && line->over_m < kHighest_m &&
-         line->back_m > kLeastBack_m;
+  return !drives_so && (faint || line->nearer > kNearer) && line->over_m > kLowest_m &&
+         line->over_m < kHighest_m && line->back_m > kLeastBack_m && line->back_m < kMostBack_m;
 }
 
 bool mirrors(const VehicleEstimate& lower, const VehicleEstimate& source, double over_lamps_m,
              double lamp_height_m) {
-  constexpr double kLeast_m = 0.3, kSlack = 1.15, kAside_m = 0.35, kMostBack_m = 2.0;
+  constexpr double kLeast_m = 0.3, kSlack = 1.15, kAside_m = 0.35, kMostBack_m = 2.0, kNearer = 1.3;
   const auto line = keeps_in_line(source, lower, over_lamps_m);
   // A streak of light that clips has more of it than the lamp, over more pixels.
-  if (!line || !(line->brighter > 1.0 || line->drawn_out) ||
+  if (!line || line->nearer < kNearer || !(line->brighter > 1.0 || line->drawn_out) ||
       std::abs(line->mean_off_m) > kAside_m || std::abs(line->back_m) > kMostBack_m)
     return false;
   // The image of a smooth road stands as far below the road as the lamp above it; a rough road

@@ -7,50 +7,15 @@
 #include <gtest/gtest.h>
 
 #include "core/text.h"
-#include "simulated_pass.h"
+#include "seen_together.h"
 
 namespace vildar {
 namespace {
 
-using simulated::mast_site;
-using simulated::track_of;
-using simulated::Vehicle;
-using simulated::View;
+using namespace seen_together;
 
 constexpr double kForever = std::numeric_limits<double>::infinity();
-constexpr double kLampHeight_m = 0.68, kOverLamps_m = 5.0 - kLampHeight_m;
-constexpr Vehicle kCar{.along_m = 70.0};
 constexpr Vehicle kMotorcycle{.along_m = 70.0, .separation_m = 0.0};
-constexpr View kLong{.to_s = 2.8, .sigma_px = 0.3};
-
-enum class Frames { all, even, odd };
-
-VehicleEstimate estimate_of(int id, const Vehicle& vehicle, Frames frames, const View& view = kLong,
-                            const Site& site = mast_site(5.0)) {
-  Random random(static_cast<std::uint64_t>(id));
-  VehicleTrack track = track_of(vehicle, site, view, random);
-  track.id = id;
-  for (VehicleSighting& one : track.sightings)
-    one.frame += std::lround(view.from_s * view.frame_rate_hz);
-  std::erase_if(track.sightings, [&](const VehicleSighting& one) {
-    return frames != Frames::all && one.frame % 2 != (frames == Frames::odd);
-  });
-  VehicleEstimate estimate = estimate_vehicle(track, site, {});
-  EXPECT_FALSE(estimate.result.withheld) << name_of(*estimate.result.withheld);
-  return estimate;
-}
-
-Vehicle moved(Vehicle vehicle, double along_m, double lateral_m) {
-  vehicle.along_m += along_m;
-  vehicle.lateral_m += lateral_m;
-  return vehicle;
-}
-
-View lone() {
-  View view = kLong;
-  view.single_lamp = true;
-  return view;
-}
 
 Site curve() {
   Site site = mast_site(5.0);
@@ -191,127 +156,6 @@ TEST(OnePlace, HoldsOnASharpCurve) {
   EXPECT_FALSE(one_vehicle(first, estimate_of(4, moved(car, 0.0, -3.0), Frames::odd, kLong, site)));
 }
 
-/// Lamps this high on the car, `back_m` behind its headlamps, as far apart as a car's would seem
-/// where their elevation puts them.
-Vehicle roof_lamps(double height_m, double back_m) {
-  Vehicle lamps = moved(kCar, back_m, 0.0);
-  lamps.height_m = height_m;
-  lamps.separation_m = kCar.separation_m * (5.0 - height_m) / kOverLamps_m;
-  return lamps;
-}
-
-TEST(OnePlace, LampsOnTheRoofRideOnTheirVehicle) {
-  // Where they seem to be there is a lane, too.
-  Site site = mast_site(5.0);
-  for (const double lateral_m : {-7.5, -11.0})
-    site.road.lanes.push_back({number_text(lateral_m), {lateral_m, 0.3}, 3.5, Direction::oncoming});
-  const VehicleEstimate car = estimate_of(1, kCar, Frames::all);
-  for (const double height_m : {1.8, 2.5, 3.4})
-    for (const double back_m : {0.0, 2.0}) {
-      const VehicleEstimate lamps =
-          estimate_of(2, roof_lamps(height_m, back_m), Frames::all, kLong, site);
-      ASSERT_GT(lamps.result.speed.speed_mps, 1.2 * kCar.speed_mps);
-      EXPECT_TRUE(rides_on(lamps, car, kOverLamps_m)) << height_m << ", " << back_m;
-      EXPECT_FALSE(rides_on(car, lamps, kOverLamps_m)) << height_m << ", " << back_m;
-    }
-}
-
-// As far below a smooth road as the lamps are above it; drawn out toward them where it is rough.
-VehicleEstimate image_of(const Vehicle& car, double height_m, double strength) {
-  Vehicle image = car;
-  image.height_m = height_m;
-  View view = kLong;
-  view.flux_at_1m *= strength;
-  return estimate_of(2, image, Frames::all, view);
-}
-
-VehicleEstimate seen_as(VehicleEstimate estimate, int width_px, int height_px, bool clips = true) {
-  for (TrackRow& row : estimate.rows)
-    for (auto* lamp : {&row.sighting.left, &row.sighting.right})
-      if (*lamp) {
-        (*lamp)->box = {0, 0, width_px - 1, height_px - 1};
-        (*lamp)->saturated_px = clips ? width_px * height_px / 2 : 0;
-      }
-  return estimate;
-}
-
-TEST(OnePlace, AStreakThatClipsIsAnImageThoughItHasMoreLightThanItsLamp) {
-  const VehicleEstimate car = seen_as(estimate_of(1, kCar, Frames::all), 8, 8);
-  const VehicleEstimate image = image_of(kCar, -0.65, 4.0);
-  EXPECT_TRUE(mirrors(seen_as(image, 8, 40), car, kOverLamps_m, kLampHeight_m));
-  // Too much light for its size, and no taller than what is above it: lamps.
-  EXPECT_FALSE(mirrors(seen_as(image, 8, 16), car, kOverLamps_m, kLampHeight_m));
-  EXPECT_FALSE(mirrors(seen_as(image, 8, 40, false), car, kOverLamps_m, kLampHeight_m));
-  EXPECT_FALSE(mirrors(seen_as(image, 20, 20), car, kOverLamps_m, kLampHeight_m));
-}
-
-TEST(OnePlace, AnImageOnAWetRoadIsNoVehicle) {
-  const VehicleEstimate car = estimate_of(1, kCar, Frames::all);
-  for (const double height_m : {-0.65, -0.3, 0.1}) {
-    const VehicleEstimate image = image_of(kCar, height_m, 0.4);
-    ASSERT_LT(image.result.speed.speed_mps, 0.95 * kCar.speed_mps);
-    EXPECT_TRUE(mirrors(image, car, kOverLamps_m, kLampHeight_m)) << height_m;
-    EXPECT_FALSE(mirrors(car, image, kOverLamps_m, kLampHeight_m)) << height_m;
-  }
-  // Brighter than what is above it, it is no image of that.
-  EXPECT_FALSE(mirrors(image_of(kCar, -0.65, 2.0), car, kOverLamps_m, kLampHeight_m));
-  for (const bool image_first : {true, false}) {
-    MeasuredVehicles measured(kOverLamps_m, kLampHeight_m);
-    if (image_first) measured.add(image_of(kCar, -0.65, 0.4));
-    measured.add(estimate_of(1, kCar, Frames::all));
-    if (!image_first) measured.add(image_of(kCar, -0.65, 0.4));
-    for (const VehicleEstimate& one : measured.take_before(kForever))
-      EXPECT_EQ(one.result.withheld.has_value(), one.result.track_id == 2);
-  }
-}
-
-// One of two on a lorry seen from a bridge, in whose lane it seems to drive, far faster.
-TEST(OnePlace, AMarkerThatSeemsToDriveInItsVehiclesLaneRidesOnIt) {
-  Site site = mast_site(7.0);
-  site.road.lanes[0].lateral_m.mean = -1.6;
-  const Vehicle lorry{.along_m = 90.0, .lateral_m = -1.6, .height_m = 0.9};
-  const VehicleEstimate seen = estimate_of(1, lorry, Frames::all, kLong, site);
-  for (const double height_m : {3.0, 3.5}) {
-    const Vehicle marker{
-        .along_m = 91.0, .lateral_m = -0.8, .height_m = height_m, .separation_m = 0.0};
-    const VehicleEstimate above = estimate_of(2, marker, Frames::all, lone(), site);
-    ASSERT_EQ(above.result.lane, "near");
-    ASSERT_GT(above.result.speed.speed_mps, 1.3 * lorry.speed_mps);
-    EXPECT_TRUE(rides_on(above, seen, 7.0 - 0.68)) << height_m;
-    EXPECT_FALSE(glints_beside(above, seen)) << height_m;
-  }
-}
-
-// A marker at one upper corner of a bus, of which one headlamp is seen, at the other side.
-TEST(OnePlace, AMarkerAcrossFromTheOneLampThatIsSeenRidesOnIt) {
-  Site site = mast_site(6.7);
-  site.road.lanes[0].lateral_m = {-4.0, 1.0};
-  const Vehicle lamp{.along_m = 80.0, .lateral_m = -4.9, .height_m = 0.8, .separation_m = 0.0};
-  const Vehicle corner{.along_m = 80.5, .lateral_m = -2.9, .height_m = 3.0, .separation_m = 0.0};
-  const VehicleEstimate seen = estimate_of(1, lamp, Frames::all, lone(), site);
-  const VehicleEstimate above = estimate_of(2, corner, Frames::all, lone(), site);
-  ASSERT_EQ(above.result.lane, "near");
-  EXPECT_TRUE(rides_on(above, seen, 6.7 - kLampHeight_m));
-}
-
-// At either end of the row over a lorry's cab, where they seem to drive in the next lane.
-TEST(OnePlace, LampsAtTheEndOfARowOverTheCabRideOnTheLorry) {
-  Site site = mast_site(6.4);
-  site.road.lanes.push_back({"next", {-9.0, 0.3}, 3.5, Direction::oncoming});
-  const VehicleEstimate seen = estimate_of(1, kCar, Frames::all, kLong, site);
-  for (const double separation_m : {0.0, 0.35}) {
-    const Vehicle end{.along_m = 70.0,
-                      .lateral_m = kCar.lateral_m - (separation_m > 0.0 ? 0.9 : 1.35),
-                      .height_m = 3.0,
-                      .separation_m = separation_m};
-    const VehicleEstimate above =
-        estimate_of(2, end, Frames::all, separation_m > 0.0 ? kLong : lone(), site);
-    ASSERT_EQ(above.result.lane, "next");
-    ASSERT_GT(above.result.speed.speed_mps, 1.4 * kCar.speed_mps);
-    EXPECT_TRUE(rides_on(above, seen, 6.4 - kLampHeight_m)) << separation_m;
-  }
-}
-
 // Where the light of a lamp at y = -3.4 is thrown to a camera at y = 0 by a rail at y = -5.6.
 constexpr double kRail_m = -5.6, kShare = kRail_m / (2.0 * kRail_m + 3.4);
 constexpr Vehicle kPassing{.speed_mps = 24.0, .along_m = 85.0};
@@ -352,39 +196,6 @@ TEST(MeasuredVehicles, AGlintHasNoSpeed) {
     if (!one.result.withheld) continue;
     EXPECT_NE(one.result.warnings.back().find("glint of vehicle 1"), std::string::npos);
   }
-}
-
-TEST(OnePlace, WhatFollowsOrOvertakesDoesNotRideOnAnother) {
-  const VehicleEstimate car = estimate_of(1, kCar, Frames::all);
-  for (const double behind_m : {7.0, 15.0, 30.0, 60.0})
-    for (const double speed_mps : {20.0, 26.0, 32.0}) {
-      Vehicle behind = moved(kCar, behind_m, 0.0);
-      behind.speed_mps = speed_mps;
-      const VehicleEstimate follower = estimate_of(2, behind, Frames::all);
-      EXPECT_FALSE(rides_on(follower, car, kOverLamps_m)) << behind_m << " m, " << speed_mps;
-      EXPECT_FALSE(mirrors(car, follower, kOverLamps_m, kLampHeight_m))
-          << behind_m << " m, " << speed_mps;
-    }
-  // Reaches the camera together with the car, in the next lane.
-  Vehicle faster = moved(kCar, 0.3 * kCar.along_m, -3.0);
-  faster.speed_mps *= 1.3;
-  const VehicleEstimate beside = estimate_of(3, faster, Frames::all);
-  EXPECT_FALSE(rides_on(beside, car, kOverLamps_m));
-  EXPECT_FALSE(mirrors(car, beside, kOverLamps_m, kLampHeight_m));
-  // In one line with it throughout, but in a lane.
-  Site site = mast_site(5.0);
-  site.road.lanes.push_back({"middle", {-6.3, 0.3}, 3.5, Direction::oncoming});
-  Vehicle beyond = kCar;
-  beyond.speed_mps *= 1.8;
-  beyond.along_m *= 1.8;
-  beyond.lateral_m = -6.3;
-  const VehicleEstimate real = estimate_of(4, beyond, Frames::all, kLong, site);
-  ASSERT_EQ(real.result.lane, "middle");
-  EXPECT_FALSE(rides_on(real, car, kOverLamps_m));
-  // Far fainter than headlamps are: markers on its roof.
-  View faint = kLong;
-  faint.flux_at_1m *= 0.1;
-  EXPECT_TRUE(rides_on(estimate_of(5, beyond, Frames::all, faint, site), car, kOverLamps_m));
 }
 
 TEST(MeasuredVehicles, OfOneSeenTwiceTheBetterSpeedStands) {
