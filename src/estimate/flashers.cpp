@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace vildar {
@@ -159,6 +161,40 @@ VehicleTrack without_flashes(VehicleTrack track) {
   std::erase_if(track.sightings,
                 [](const VehicleSighting& one) { return !one.left && !one.right; });
   return track;
+}
+
+bool lit_in_turn(const VehicleTrack& track) {
+  constexpr double kWay_s = 1.2, kLeastWay_s = 0.5, kLongestStep_s = 0.35, kStep_px = 3.0;
+  constexpr double kStands = 0.5, kMostly = 0.75;
+  constexpr int kFewest = 8;
+  int steps = 0, standing = 0;
+  for (const Lamp which : {&VehicleSighting::left, &VehicleSighting::right}) {
+    std::vector<VehicleSighting> lit;
+    std::ranges::copy_if(track.sightings, std::back_inserter(lit),
+                         [&](const VehicleSighting& one) { return (one.*which).has_value(); });
+    // A receding light's way slows down in the image: read backwards it is one that comes nearer.
+    if (track.direction == Direction::receding) std::ranges::reverse(lit);
+    const auto between = [&](std::size_t from, std::size_t to) {
+      return std::pair<double, Eigen::Vector2d>(
+          std::abs(seconds_of(lit[to].time) - seconds_of(lit[from].time)),
+          (lit[to].*which)->centre_px - (lit[from].*which)->centre_px);
+    };
+    for (std::size_t i = 0, first = 0; i < lit.size(); ++i) {
+      while (between(first, i).first > kWay_s) ++first;
+      const auto [way_s, way_px] = between(first, i);
+      if (way_s < kLeastWay_s) continue;
+      for (std::size_t before = i; before-- > first;) {
+        const auto [step_s, step_px] = between(before, i);
+        if (step_s > kLongestStep_s) break;
+        const Eigen::Vector2d told_px = step_s / way_s * way_px;
+        if (told_px.norm() < kStep_px) continue;
+        ++steps;
+        standing += step_px.dot(told_px) < kStands * told_px.squaredNorm();
+        break;
+      }
+    }
+  }
+  return steps >= kFewest && standing > kMostly * steps;
 }
 
 }  // namespace vildar

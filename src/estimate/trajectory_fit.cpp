@@ -331,6 +331,13 @@ std::optional<std::string> of_two_vehicles(const Trajectory& likeliest,
 Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, const Camera& camera,
                                                   const Site& site,
                                                   std::vector<std::string>& warnings) {
+  if (lit_in_turn(as_seen)) {
+    warnings.push_back(
+        "its light stands still and goes on elsewhere: taken for lamps beside the road that are "
+        "lit "
+        "one after another");
+    return Miss::not_on_road;
+  }
   const VehicleTrack whole = without_half_hidden(without_flashes(as_seen));
   if (whole.beside_lanes_m) {
     warnings.push_back(beside_the_lanes(*whole.beside_lanes_m));
