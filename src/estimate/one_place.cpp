@@ -202,7 +202,8 @@ struct InLine {
 
 std::optional<InLine> keeps_in_line(const VehicleEstimate& upper, const VehicleEstimate& carrier,
                                     double over_lamps_m) {
-  constexpr double kHighCamera_m = 2.0, kNearer = 1.1, kShareInLine = 0.8, kSigmas = 3.0;
+  constexpr double kHighCamera_m = 2.0, kNearer = 1.1, kShareInLine = 0.8, kSigmas = 3.0,
+                   kSigmasDrawnOut = 2.0;
   constexpr double kMostBack_m = 5.0, kMostBackSigma_m = 2.0, kDrawnOut = 1.0 / 3.0;
   constexpr std::size_t kFewest = 10;
   if (over_lamps_m < kHighCamera_m || upper.trajectories.empty() || carrier.trajectories.empty() ||
@@ -216,21 +217,19 @@ std::optional<InLine> keeps_in_line(const VehicleEstimate& upper, const VehicleE
   // The factor is the line's slope, the place behind the carrier's lamps its intercept.
   const auto line = fit_line(seen.carrier_m, seen.upper_m);
   const auto* fit = std::get_if<LineFit>(&line);
-  if (!fit || fit->slope - 1.0 < kSigmas * fit->slope_sigma) return std::nullopt;
+  const bool drawn_out = seen.drawn_out > kDrawnOut;
+  const double sigmas = drawn_out ? kSigmasDrawnOut : kSigmas;
+  if (!fit || fit->slope - 1.0 < sigmas * fit->slope_sigma) return std::nullopt;
   const double mean_m = std::accumulate(seen.carrier_m.begin(), seen.carrier_m.end(), 0.0) /
                         static_cast<double>(frames);
   const double back_sigma_m =
       std::hypot(fit->residual_sigma / std::sqrt(static_cast<double>(frames)),
                  fit->slope_sigma * mean_m) /
       fit->slope;
-  InLine found{fit->slope,
-               fit->intercept / fit->slope,
-               over_lamps_m * (1.0 - 1.0 / fit->slope),
-               seen.mean_off_m,
-               median(seen.brighter),
-               1.0,
-               seen.drawn_out > kDrawnOut,
-               farthest_m / nearest_m};
+  InLine found{
+      fit->slope,      fit->intercept / fit->slope, over_lamps_m * (1.0 - 1.0 / fit->slope),
+      seen.mean_off_m, median(seen.brighter),       1.0,
+      drawn_out,       farthest_m / nearest_m};
   if (!seen.width.empty()) found.width = found.factor * median(seen.width);
   if (std::abs(found.back_m) > kMostBack_m || back_sigma_m > kMostBackSigma_m) return std::nullopt;
   return found;
@@ -288,9 +287,9 @@ bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other) {
 
 bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, double over_lamps_m) {
   constexpr double kLowest_m = 0.6, kHighest_m = 3.6;  // of the lamps over headlamps
-  constexpr double kLeastBack_m = -2.0, kMostBack_m = 3.5;
-  constexpr double kAbove_m = 0.35, kBody_m = 1.8, kSurelyFaster = 1.4, kFaster = 2.0,
-                   kFastest_mps = 60.0, kNarrow = 0.6, kFaint = 0.5, kNearer = 1.3;
+  constexpr double kLeastBack_m = -3.0, kMostBack_m = 3.5;
+  constexpr double kAbove_m = 0.35, kBody_m = 1.8, kSurelyFaster = 1.4, kFaster = 1.5,
+                   kFastest_mps = 60.0, kNarrow = 0.6, kFaint = 0.5, kNearer = 1.2;
   const auto line = keeps_in_line(upper, carrier, over_lamps_m);
   if (!line) return false;
   // A faster vehicle in the next lane that passes the camera at once with the other is in line with
@@ -316,11 +315,14 @@ bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, doub
 
 bool mirrors(const VehicleEstimate& lower, const VehicleEstimate& source, double over_lamps_m,
              double lamp_height_m) {
-  constexpr double kLeast_m = 0.3, kSlack = 1.15, kAside_m = 0.35, kMostBack_m = 2.0, kNearer = 1.3;
+  constexpr double kDrawnOut = 1.75, kLeast_m = 0.3, kSlack = 1.15, kAside_m = 0.35,
+                   kMostBack_m = 2.0, kNearer = 1.3;
   const auto line = keeps_in_line(source, lower, over_lamps_m);
-  // A streak of light that clips has more of it than the lamp, over more pixels.
-  if (!line || line->nearer < kNearer || !(line->brighter > 1.0 || line->drawn_out) ||
-      std::abs(line->mean_off_m) > kAside_m || std::abs(line->back_m) > kMostBack_m)
+  if (!line || line->nearer < kNearer) return false;
+  // A streak of light that clips has more of it than the lamp, over more pixels, and no one middle.
+  const double slack = line->drawn_out ? kDrawnOut : 1.0;
+  if (!(line->brighter > 1.0 || line->drawn_out) || std::abs(line->mean_off_m) > slack * kAside_m ||
+      std::abs(line->back_m) > slack * kMostBack_m)
     return false;
   // The image of a smooth road stands as far below the road as the lamp above it; a rough road
   // draws it out upward.

@@ -136,8 +136,8 @@ TEST(RoofLamps, FaintOnesThatAreSeenBrieflyRideOnTheLorry) {
   site.road.lanes.push_back({"next", {-7.0, 0.5}, 3.5, Direction::oncoming});
   const VehicleEstimate car = estimate_of(1, kCar, Frames::all);
   View brief = kLong;
-  brief.to_s = 0.7;
-  brief.sigma_px = 0.1;
+  brief.to_s = 0.5;
+  brief.sigma_px = 0.05;
   const Vehicle over_cab = roof_lamps(3.0, 0.5);
   EXPECT_FALSE(rides_on(estimate_of(2, over_cab, Frames::all, brief, site), car, kOverLamps_m));
   brief.flux_at_1m *= 0.05;
@@ -178,22 +178,22 @@ TEST(RoofLamps, WhatFollowsOrOvertakesDoesNotRideOnAnother) {
   EXPECT_FALSE(rides_on(beside, car, kOverLamps_m));
   EXPECT_FALSE(mirrors(car, beside, kOverLamps_m, kLampHeight_m));
   // In one line with it throughout, but in a lane.
-  Site site = mast_site(5.0);
-  site.road.lanes.push_back({"middle", {-6.3, 0.3}, 3.5, Direction::oncoming});
   Vehicle beyond = kCar;
-  beyond.speed_mps *= 1.8;
-  beyond.along_m *= 1.8;
-  beyond.lateral_m = -6.3;
+  beyond.speed_mps *= 1.4;
+  beyond.along_m *= 1.4;
+  beyond.lateral_m = 1.4 * (kCar.lateral_m - 0.6);
+  Site site = mast_site(5.0);
+  site.road.lanes.push_back({"middle", {beyond.lateral_m, 0.3}, 3.5, Direction::oncoming});
   const VehicleEstimate real = estimate_of(4, beyond, Frames::all, kLong, site);
   ASSERT_EQ(real.result.lane, "middle");
   EXPECT_FALSE(rides_on(real, car, kOverLamps_m));
-  // Twice as far off and as fast, in line all the while: lamps on its roof.
-  Vehicle twice = kCar;
-  twice.speed_mps *= 2.2;
-  twice.along_m *= 2.2;
-  twice.lateral_m = 2.2 * (kCar.lateral_m - 0.5);
-  site.road.lanes.push_back({"far", {twice.lateral_m, 0.3}, 3.5, Direction::oncoming});
-  EXPECT_TRUE(rides_on(estimate_of(6, twice, Frames::all, kLong, site), car, kOverLamps_m));
+  // Far faster than that, in line all the while: lamps on its roof.
+  Vehicle far_faster = kCar;
+  far_faster.speed_mps *= 1.7;
+  far_faster.along_m *= 1.7;
+  far_faster.lateral_m = 1.7 * (kCar.lateral_m - 0.5);
+  site.road.lanes.push_back({"far", {far_faster.lateral_m, 0.3}, 3.5, Direction::oncoming});
+  EXPECT_TRUE(rides_on(estimate_of(6, far_faster, Frames::all, kLong, site), car, kOverLamps_m));
   // Far fainter than headlamps are: markers on its roof.
   View faint = kLong;
   faint.flux_at_1m *= 0.1;
