@@ -189,20 +189,26 @@ constexpr double kMostLeft = 3.0;       // the same, of one that claims to expla
 // sigmas to grow by so much, and lengths and pose are likely ones: what may go anywhere can pass
 // for a toy. Of one ahead of a camera that drives, of whose way not all is known, it need not
 // explain all, but must leave far less.
-std::optional<BearingFit> changes_lanes(const VehicleTrack& track, const Camera& camera,
-                                        const Site& site, double in_lane_factor) {
-  constexpr double kFarLess = 0.5;
-  if (track.single_lamp) return std::nullopt;
+struct LaneChange {
+  std::optional<BearingFit> fit;
+  bool hinted = false;  ///< what the lane leaves is far more than unlikely lengths and pose would
+};
+
+LaneChange changes_lanes(const VehicleTrack& track, const Camera& camera, const Site& site,
+                         double in_lane_factor) {
+  constexpr double kFarLess = 0.5, kHints = 0.1;
+  if (track.single_lamp) return {};
   auto outcome = fit_lane_change(track, camera, site);
   BearingFit* fit = std::get_if<BearingFit>(&outcome);
-  if (!fit) return std::nullopt;
+  if (!fit) return {};
   const double factor = fit->check.sigma_factor.maxCoeff();
   const bool ahead = site.ego && track.direction == Direction::receding;
   const bool better = ahead && factor > kDoubtful
                           ? fit->explains() && factor < kFarLess * in_lane_factor
                           : fit->steady() && factor < in_lane_factor &&
                                 fit->trajectory.fit.prior_chi2 < kMostStrained;
-  return better ? std::optional(std::move(*fit)) : std::nullopt;
+  if (better) return {std::move(*fit), true};
+  return {std::nullopt, fit->explains() && factor < kHints * in_lane_factor};
 }
 
 // Before any camera that stands, one who weaves in his lane, where that explains all but all that
@@ -385,8 +391,10 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
   }
   const bool ahead = site.ego && track.direction == Direction::receding;
   auto outcome = fit_bearings(track, camera, site);
+  bool leaves_unlike_any = false;
   const auto in_another_lane = [&](double in_lane_factor) {
-    auto changing = changes_lanes(track, camera, site, in_lane_factor);
+    auto [changing, hinted] = changes_lanes(track, camera, site, in_lane_factor);
+    leaves_unlike_any |= hinted && !changing;
     if (!changing) return false;
     warnings.push_back(changing->trajectory.problem.setting.bend != 0.0
                            ? "it leaves the line of its lane in view"
@@ -416,7 +424,15 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
     auto parts = steady_parts(track, camera, site);
     BearingFit* best = best_of(parts);
     const bool untried = site.ego ? !ahead : factor > kMostLeft;
-    if (!best && !(untried && in_another_lane(factor)) && !first.explains()) return Miss::bad_fit;
+    if (!best && !(untried && in_another_lane(factor))) {
+      if (!first.explains()) return Miss::bad_fit;
+      if (leaves_unlike_any && !site.ego) {
+        warnings.push_back(
+            "it leaves the line of its lane in view, in a way that no likely lamps and pose "
+            "explain");
+        return Miss::bad_fit;
+      }
+    }
     if (best) {
       Discord most;
       for (const SteadyPart& one : parts) {

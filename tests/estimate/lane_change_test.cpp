@@ -51,6 +51,27 @@ TEST(LaneChange, IsMeasuredAndItsSpeedLiesInItsInterval) {
   EXPECT_LT(std::sqrt(squares / measured), 1.3);
 }
 
+// It slides aside without turning, as no wheels let it: no lamps and pose that are likely explain
+// it, and what one lane makes of it is no speed.
+TEST(LaneChange, ThatNoVehicleMakesHasNoSpeed) {
+  constexpr double kPoseStd_rad = 2.6e-3, kSeen_s = 4.2;
+  Site site = two_lanes();
+  site.camera->yaw_rad.std = site.camera->pitch_rad.std = site.camera->roll_rad.std = kPoseStd_rad;
+  Random random(8);
+  for (const double aside_m : {1.75, -1.75}) {
+    Vehicle car;
+    car.speed_mps = 15.0;
+    car.along_m = 75.0;
+    car.lateral_m = -5.75;
+    car.weave = {aside_m, 2.0 * kSeen_s, 0.5 * kPi};
+    const VehicleResult result =
+        estimate_vehicle(
+            simulated::track_of(car, site, {.to_s = kSeen_s, .sigma_px = 0.05}, random), site, {})
+            .result;
+    EXPECT_EQ(result.withheld, Miss::bad_fit) << aside_m;
+  }
+}
+
 struct Tally {
   int measured = 0, inside = 0;
   double worst_sigmas = 0.0;
