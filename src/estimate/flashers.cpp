@@ -166,7 +166,7 @@ VehicleTrack without_flashes(VehicleTrack track) {
 bool lit_in_turn(const VehicleTrack& track) {
   constexpr double kWay_s = 1.2, kLeastWay_s = 0.5, kLongestStep_s = 0.35, kStep_px = 3.0;
   constexpr double kStands = 0.5, kMostly = 0.75;
-  constexpr int kFewest = 5;
+  constexpr int kFewest = 8;
   int steps = 0, standing = 0;
   for (const Lamp which : {&VehicleSighting::left, &VehicleSighting::right}) {
     std::vector<VehicleSighting> lit;

@@ -12,9 +12,10 @@ namespace vildar {
 /// another as UN Regulation 48 has them, 60 to 120 a minute.
 VehicleTrack without_flashes(VehicleTrack track);
 
-/// Whether it is no vehicle's light but lamps along the road that are lit one after another, as
-/// those of road works are: of three steps in four, so long that its way in the 1.2 s before
-/// (after, where it recedes) would make them 3 px, it makes less than half.
+/// Whether what a camera that stands sees is no vehicle's light but lamps along the road that are
+/// lit one after another, as those of road works are: of three steps in four, so long that its way
+/// in the 1.2 s before (after, where it recedes) would make them 3 px, it makes less than half. Who
+/// crawls in a queue makes more of those at once.
 bool lit_in_turn(const VehicleTrack& track);
 
 }  // namespace vildar

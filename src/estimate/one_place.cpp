@@ -202,8 +202,7 @@ struct InLine {
 
 std::optional<InLine> keeps_in_line(const VehicleEstimate& upper, const VehicleEstimate& carrier,
                                     double over_lamps_m) {
-  constexpr double kHighCamera_m = 2.0, kNearer = 1.1, kShareInLine = 0.8, kSigmas = 3.0,
-                   kSigmasDrawnOut = 2.0;
+  constexpr double kHighCamera_m = 2.0, kNearer = 1.1, kShareInLine = 0.8, kSigmas = 3.0;
   constexpr double kMostBack_m = 5.0, kMostBackSigma_m = 2.0, kDrawnOut = 1.0 / 3.0;
   constexpr std::size_t kFewest = 10;
   if (over_lamps_m < kHighCamera_m || upper.trajectories.empty() || carrier.trajectories.empty() ||
@@ -217,19 +216,20 @@ std::optional<InLine> keeps_in_line(const VehicleEstimate& upper, const VehicleE
   // The factor is the line's slope, the place behind the carrier's lamps its intercept.
   const auto line = fit_line(seen.carrier_m, seen.upper_m);
   const auto* fit = std::get_if<LineFit>(&line);
-  const bool drawn_out = seen.drawn_out > kDrawnOut;
-  const double sigmas = drawn_out ? kSigmasDrawnOut : kSigmas;
-  if (!fit || fit->slope - 1.0 < sigmas * fit->slope_sigma) return std::nullopt;
+  if (!fit || fit->slope - 1.0 < kSigmas * fit->slope_sigma) return std::nullopt;
   const double mean_m = std::accumulate(seen.carrier_m.begin(), seen.carrier_m.end(), 0.0) /
                         static_cast<double>(frames);
   const double back_sigma_m =
       std::hypot(fit->residual_sigma / std::sqrt(static_cast<double>(frames)),
                  fit->slope_sigma * mean_m) /
       fit->slope;
-  InLine found{
-      fit->slope,      fit->intercept / fit->slope, over_lamps_m * (1.0 - 1.0 / fit->slope),
-      seen.mean_off_m, median(seen.brighter),       1.0,
-      drawn_out,       farthest_m / nearest_m};
+  InLine found{.factor = fit->slope,
+               .back_m = fit->intercept / fit->slope,
+               .over_m = over_lamps_m * (1.0 - 1.0 / fit->slope),
+               .mean_off_m = seen.mean_off_m,
+               .brighter = median(seen.brighter),
+               .drawn_out = seen.drawn_out > kDrawnOut,
+               .nearer = farthest_m / nearest_m};
   if (!seen.width.empty()) found.width = found.factor * median(seen.width);
   if (std::abs(found.back_m) > kMostBack_m || back_sigma_m > kMostBackSigma_m) return std::nullopt;
   return found;
@@ -315,14 +315,15 @@ bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, doub
 
 bool mirrors(const VehicleEstimate& lower, const VehicleEstimate& source, double over_lamps_m,
              double lamp_height_m) {
-  constexpr double kDrawnOut = 1.75, kLeast_m = 0.3, kSlack = 1.15, kAside_m = 0.35,
-                   kMostBack_m = 2.0, kNearer = 1.3;
+  constexpr double kLeast_m = 0.3, kSlack = 1.15, kAside_m = 0.35, kNearer = 1.3;
+  constexpr double kMostBack_m = 2.0, kDrawnOutBack_m = 3.5;
   const auto line = keeps_in_line(source, lower, over_lamps_m);
   if (!line || line->nearer < kNearer) return false;
-  // A streak of light that clips has more of it than the lamp, over more pixels, and no one middle.
-  const double slack = line->drawn_out ? kDrawnOut : 1.0;
-  if (!(line->brighter > 1.0 || line->drawn_out) || std::abs(line->mean_off_m) > slack * kAside_m ||
-      std::abs(line->back_m) > slack * kMostBack_m)
+  // A streak of light that clips has more of it than the lamp, over more pixels, and its middle is
+  // anywhere along it.
+  const double most_back_m = line->drawn_out ? kDrawnOutBack_m : kMostBack_m;
+  if (!(line->brighter > 1.0 || line->drawn_out) || std::abs(line->mean_off_m) > kAside_m ||
+      std::abs(line->back_m) > most_back_m)
     return false;
   // The image of a smooth road stands as far below the road as the lamp above it; a rough road
   // draws it out upward.

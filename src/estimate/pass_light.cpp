@@ -157,8 +157,7 @@ BeamShapes weights_of(const Eigen::VectorXd& z, double ripple_nat) {
 
 double beam_shape_std(double ripple_nat, std::size_t shape) {
   constexpr double kOfHeadlamps = 4.0;
-  return !is_smooth(shape) ? ripple_nat / static_cast<double>(shape + 1)
-                           : kOfHeadlamps * ripple_nat;
+  return is_smooth(shape) ? kOfHeadlamps * ripple_nat : ripple_nat / static_cast<double>(shape + 1);
 }
 
 struct PassLight::Light {

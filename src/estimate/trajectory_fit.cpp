@@ -185,18 +185,18 @@ constexpr double kDoubtful = 2.0;       // growth of the sigmas by what a fit le
 constexpr double kMostStrained = 25.0;  // chi-square of up to ten priors
 constexpr double kMostLeft = 3.0;       // the same, of one that claims to explain a track
 
+struct LaneChange {
+  std::optional<BearingFit> fit;
+  bool but_unlikely = false;  // there is one that explains far more, of no likely lengths and pose
+};
+
 // A pair that changes lanes, where that explains more than a fit in one lane, which leaves its
 // sigmas to grow by so much, and lengths and pose are likely ones: what may go anywhere can pass
 // for a toy. Of one ahead of a camera that drives, of whose way not all is known, it need not
 // explain all, but must leave far less.
-struct LaneChange {
-  std::optional<BearingFit> fit;
-  bool hinted = false;  ///< what the lane leaves is far more than unlikely lengths and pose would
-};
-
 LaneChange changes_lanes(const VehicleTrack& track, const Camera& camera, const Site& site,
                          double in_lane_factor) {
-  constexpr double kFarLess = 0.5, kHints = 0.1;
+  constexpr double kFarLess = 0.5, kFarBetter = 0.1;
   if (track.single_lamp) return {};
   auto outcome = fit_lane_change(track, camera, site);
   BearingFit* fit = std::get_if<BearingFit>(&outcome);
@@ -207,8 +207,8 @@ LaneChange changes_lanes(const VehicleTrack& track, const Camera& camera, const 
                           ? fit->explains() && factor < kFarLess * in_lane_factor
                           : fit->steady() && factor < in_lane_factor &&
                                 fit->trajectory.fit.prior_chi2 < kMostStrained;
-  if (better) return {std::move(*fit), true};
-  return {std::nullopt, fit->explains() && factor < kHints * in_lane_factor};
+  if (better) return {std::move(*fit)};
+  return {{}, fit->explains() && factor < kFarBetter * in_lane_factor};
 }
 
 // Before any camera that stands, one who weaves in his lane, where that explains all but all that
@@ -337,11 +337,10 @@ std::optional<std::string> of_two_vehicles(const Trajectory& likeliest,
 Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, const Camera& camera,
                                                   const Site& site,
                                                   std::vector<std::string>& warnings) {
-  if (lit_in_turn(as_seen)) {
+  if (!site.ego && lit_in_turn(as_seen)) {
     warnings.push_back(
-        "its light stands still and goes on elsewhere: taken for lamps beside the road that are "
-        "lit "
-        "one after another");
+        "its light stands still and goes on elsewhere: taken for lamps that are lit one after "
+        "another");
     return Miss::not_on_road;
   }
   const VehicleTrack whole = without_half_hidden(without_flashes(as_seen));
@@ -393,8 +392,8 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
   auto outcome = fit_bearings(track, camera, site);
   bool leaves_unlike_any = false;
   const auto in_another_lane = [&](double in_lane_factor) {
-    auto [changing, hinted] = changes_lanes(track, camera, site, in_lane_factor);
-    leaves_unlike_any |= hinted && !changing;
+    auto [changing, but_unlikely] = changes_lanes(track, camera, site, in_lane_factor);
+    leaves_unlike_any |= but_unlikely;
     if (!changing) return false;
     warnings.push_back(changing->trajectory.problem.setting.bend != 0.0
                            ? "it leaves the line of its lane in view"
@@ -428,8 +427,7 @@ Outcome<std::vector<Trajectory>> fit_trajectories(const VehicleTrack& as_seen, c
       if (!first.explains()) return Miss::bad_fit;
       if (leaves_unlike_any && !site.ego) {
         warnings.push_back(
-            "it leaves the line of its lane in view, in a way that no likely lamps and pose "
-            "explain");
+            "it leaves the line of its lane in view, as no likely lamps and pose explain");
         return Miss::bad_fit;
       }
     }

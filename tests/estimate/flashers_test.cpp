@@ -93,5 +93,50 @@ TEST(Flashers, LightThatDoesNotFlashStays) {
   }
 }
 
+constexpr View kAlone{.to_s = 2.8, .sigma_px = 0.1, .single_lamp = true};
+constexpr Vehicle kSlowMotorcycle{.speed_mps = 14.0, .along_m = 65.0, .separation_m = 0.0};
+constexpr int kCycle = 20;  // frames
+
+// Lit for seven frames in twenty.
+VehicleTrack blinking(const Site& site, bool stands) {
+  Random random(1);
+  VehicleTrack track = track_of(kSlowMotorcycle, site, kAlone, random);
+  const std::vector<VehicleSighting> all = track.sightings;
+  track.sightings.clear();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (i % kCycle >= 7) continue;
+    VehicleSighting seen = all[i];
+    const VehicleSighting& first = all[i - i % kCycle];
+    if (stands && seen.left) seen.left = first.left;
+    if (stands && seen.right) seen.right = first.right;
+    track.sightings.push_back(seen);
+  }
+  return track;
+}
+
+TEST(Flashers, LampsThatAreLitOneAfterAnotherAreNoVehicle) {
+  const Site site = mast_site(5.0);
+  const VehicleEstimate lights = estimate_vehicle(blinking(site, true), site, {});
+  EXPECT_EQ(lights.result.withheld, Miss::not_on_road);
+  EXPECT_TRUE(lit_in_turn(blinking(site, true)));
+  const VehicleEstimate vehicle = estimate_vehicle(blinking(site, false), site, {});
+  EXPECT_FALSE(vehicle.result.withheld);
+}
+
+// In a queue it goes on for a moment, and stands again.
+TEST(Flashers, AVehicleThatCrawlsIsNotLitInTurn) {
+  constexpr double kStep_px = 2.8;
+  constexpr std::size_t kFrom = 30, kFrames = 5;
+  Random random(2);
+  VehicleTrack track = track_of(kSlowMotorcycle, mast_site(5.0), kAlone, random);
+  for (std::size_t i = 0; i < track.sightings.size(); ++i) {
+    VehicleSighting& one = track.sightings[i];
+    const auto gone = static_cast<double>(std::min(std::max(i, kFrom) - kFrom, kFrames));
+    for (auto* lamp : {&one.left, &one.right})
+      if (*lamp) (*lamp)->centre_px = {300.0, 300.0 + kStep_px * gone};
+  }
+  EXPECT_FALSE(lit_in_turn(track));
+}
+
 }  // namespace
 }  // namespace vildar
