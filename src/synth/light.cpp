@@ -17,60 +17,66 @@ constexpr LightColour kStreetLampColour{1.35, 0.35};  // high-pressure sodium
 
 // A film of water on asphalt: mirrors less than a puddle, and its slopes draw the image out.
 constexpr double kFilmShare = 0.3;
-constexpr double kSlopeSigma_rad = 0.006;
-constexpr int kStreakSteps = 9;
+constexpr double kSlopeSigma_rad = 0.015;
+constexpr double kSteepestSlope = 3.0;  // sigmas
+constexpr int kStreakSteps = 13;
 
-struct Streak {
-  double share = 0.0;     ///< of the lamp's light that the water sends on
-  double mean_rad = 0.0;  ///< below the horizontal
-  double std_rad = 0.0;
-};
-
-// Facets of the film tilt by a normal law; each mirrors by Fresnel, the flat ones less so.
-Streak streak_at(double grazing_rad) {
-  Streak streak;
-  double weights = 0.0, square = 0.0;
-  for (int i = 0; i < kStreakSteps; ++i) {
-    const double slope = 4.0 * i / (kStreakSteps - 1) - 2.0;
-    const double weight = std::exp(-0.5 * slope * slope);
-    weights += weight;
-    // A facet tilted by epsilon turns the mirrored ray by twice that.
-    const double turned_rad = grazing_rad + 2.0 * kSlopeSigma_rad * slope;
-    if (!(turned_rad > 0.0)) continue;
-    const double light = weight * wet_mirror_share(Radians(turned_rad), kFilmShare);
-    streak.share += light;
-    streak.mean_rad += light * turned_rad;
-    square += light * turned_rad * turned_rad;
-  }
-  if (!(streak.share > 0.0)) return streak;
-  streak.mean_rad /= streak.share;
-  streak.std_rad =
-      std::sqrt(std::max(0.0, square / streak.share - streak.mean_rad * streak.mean_rad));
-  streak.share /= weights;
-  return streak;
+// Where facets of the film that are tilted toward the sensor by `tilt_rad` send it the light of a
+// lamp `away_m` off, as a distance on the ground from the sensor: there the ray goes up to the
+// sensor by twice the tilt more steeply than it comes down from the lamp. Small angles.
+double mirroring_place_m(double sensor_height_m, double lamp_height_m, double away_m,
+                         double tilt_rad) {
+  // 2 tilt x^2 - (H + h + 2 tilt R) x + H R = 0, the root between 0 and R.
+  const double linear = sensor_height_m + lamp_height_m + 2.0 * tilt_rad * away_m;
+  const double root = std::sqrt(linear * linear - 8.0 * tilt_rad * sensor_height_m * away_m);
+  return 2.0 * sensor_height_m * away_m / (linear + root);
 }
 
-std::optional<Emitter> mirror_image(const Scenario& scenario,
-                                    const std::vector<VehicleState>& states, const Emitter& lamp,
-                                    const Eigen::Vector3d& sensor_m, double time_s) {
-  const Eigen::Vector3d image_m(lamp.position_m.x(), lamp.position_m.y(), -lamp.position_m.z());
-  const double ground_m = (image_m - sensor_m).head<2>().norm();
-  const Streak streak = streak_at(std::atan2(sensor_m.z() - image_m.z(), ground_m));
-  if (!(streak.share > 0.0)) return std::nullopt;
-  Emitter mirror = lamp;
-  mirror.position_m.z() = sensor_m.z() - ground_m * std::tan(streak.mean_rad);
-  mirror.offset_m = mirror.position_m - lamp.position_m;
-  mirror.streak_rad = streak.std_rad;
-  if (lamp.vehicle) {
-    // The light that meets the road leaves the lamp toward the sensor's own mirror image.
-    const Eigen::Vector3d below_m(sensor_m.x(), sensor_m.y(), -sensor_m.z());
-    mirror.intensity_cd = lamp_intensity_cd(scenario.vehicles[*lamp.vehicle], states[*lamp.vehicle],
-                                            lamp.position_m, below_m, time_s);
-    mirror.intensity_cd *=
-        transmittance(scenario.extinction_per_m, Metres((image_m - sensor_m).norm()));
+// The image of a lamp in the film, in pieces from far to near. Slopes upright to the line of sight
+// follow a normal law; those across it move the light by a fraction of its lamp's width. Light
+// leaves the water between lamp and sensor alone, so nothing shines above the ground under a lamp.
+void add_mirror_images(const Scenario& scenario, const std::vector<VehicleState>& states,
+                       const Emitter& lamp, const Eigen::Vector3d& sensor_m, double time_s,
+                       std::vector<Emitter>& images) {
+  const double sensor_height_m = sensor_m.z(), lamp_height_m = lamp.position_m.z();
+  const Eigen::Vector2d line_m = (lamp.position_m - sensor_m).head<2>();
+  const double away_m = line_m.norm();
+  if (!(sensor_height_m > 0.0 && lamp_height_m > 0.0 && away_m > 0.0)) return;
+  std::array<double, kStreakSteps> places_m{}, slopes{};
+  double slope_weights = 0.0;
+  for (std::size_t i = 0; i < kStreakSteps; ++i) {
+    slopes[i] = kSteepestSlope * (2.0 * static_cast<double>(i) / (kStreakSteps - 1) - 1.0);
+    places_m[i] =
+        mirroring_place_m(sensor_height_m, lamp_height_m, away_m, kSlopeSigma_rad * slopes[i]);
+    slope_weights += std::exp(-0.5 * slopes[i] * slopes[i]);
   }
-  mirror.intensity_cd *= streak.share;
-  return mirror;
+  const auto down_rad = [&](std::size_t i) { return std::atan2(sensor_height_m, places_m[i]); };
+  for (std::size_t i = 0; i < kStreakSteps; ++i) {
+    const double near_m = places_m[i], far_m = away_m - near_m;
+    const double up_rad = down_rad(i), in_rad = std::atan2(lamp_height_m, far_m);
+    // Of an image in still water: less of the light from a lamp falls on as much of the road where
+    // that is farther from it, and spreads over more on the way on.
+    const double of_still = away_m * lamp_height_m * near_m /
+                            (sensor_height_m * far_m * far_m + lamp_height_m * near_m * near_m);
+    const double share = std::exp(-0.5 * slopes[i] * slopes[i]) / slope_weights * of_still *
+                         wet_mirror_share(Radians(0.5 * (up_rad + in_rad)), kFilmShare);
+    Emitter image = lamp;
+    image.position_m.z() = sensor_height_m - away_m * std::tan(up_rad);
+    image.offset_m = image.position_m - lamp.position_m;
+    const std::size_t before = i > 0 ? i - 1 : i, after = i + 1 < kStreakSteps ? i + 1 : i;
+    image.streak_rad =
+        0.6 * std::abs(down_rad(after) - down_rad(before)) / static_cast<double>(after - before);
+    if (lamp.vehicle) {
+      const Eigen::Vector2d ground_m = sensor_m.head<2>() + line_m * (near_m / away_m);
+      image.intensity_cd =
+          lamp_intensity_cd(scenario.vehicles[*lamp.vehicle], states[*lamp.vehicle],
+                            lamp.position_m, {ground_m.x(), ground_m.y(), 0.0}, time_s);
+      image.intensity_cd *=
+          transmittance(scenario.extinction_per_m, Metres((image.position_m - sensor_m).norm()));
+    }
+    image.intensity_cd *= share;
+    if (image.intensity_cd > 0.0) images.push_back(image);
+  }
 }
 
 LightColour colour_of(const VehicleScene& vehicle) {
@@ -106,8 +112,7 @@ Eigen::Vector3d emitter_position_m(const Scenario& scenario, const Emitter& emit
                             seen_state_at(scenario, *emitter.vehicle, time_s))[emitter.lamp] +
            emitter.offset_m;
   const std::array<double, 3>& still_m = scenario.street_lamps[emitter.lamp].position_m;
-  const Eigen::Vector2d seen_m =
-      ego_pose(scenario.site, time_s).seen_m({still_m[0], still_m[1]});
+  const Eigen::Vector2d seen_m = ego_pose(scenario.site, time_s).seen_m({still_m[0], still_m[1]});
   return Eigen::Vector3d(seen_m.x(), seen_m.y(), still_m[2]) + emitter.offset_m;
 }
 
@@ -151,8 +156,7 @@ std::vector<Emitter> emitters_toward(const Scenario& scenario, const Eigen::Vect
   if (scenario.wet_road) {
     const std::size_t direct = emitters.size();
     for (std::size_t i = 0; i < direct; ++i)
-      if (const auto mirror = mirror_image(scenario, states, emitters[i], sensor_m, time_s))
-        emitters.push_back(*mirror);
+      add_mirror_images(scenario, states, Emitter(emitters[i]), sensor_m, time_s, emitters);
   }
   return emitters;
 }

@@ -163,18 +163,39 @@ TEST(Renderer, AWetRoadMirrorsTheLampsBelowTheRoad) {
   scene.wet_road = true;
   const std::vector<LampImage> wet = Renderer(scene).lamps(0.0);
   ASSERT_GT(wet.size(), dry.size());
-  double direct = 0.0, mirrored = 0.0, row_px = 0.0;
+  const Camera camera(*scene.site.camera);
+  const auto mirror_px = camera.project({40.0, -3.0, -0.65});
+  const auto ground_px = camera.project({40.0, -3.0, 0.0});
+  ASSERT_TRUE(mirror_px && ground_px);
+  double direct = 0.0, mirrored = 0.0, row_px = 0.0, square_px2 = 0.0;
   for (std::size_t i = 0; i < wet.size(); ++i) {
     (i < dry.size() ? direct : mirrored) += wet[i].flux;
-    if (i >= dry.size()) row_px += wet[i].flux * wet[i].centre_px.y();
+    if (i < dry.size()) continue;
+    const double below_px = wet[i].centre_px.y() - mirror_px->y();
+    row_px += wet[i].flux * below_px;
+    square_px2 += wet[i].flux * (below_px * below_px + std::pow(wet[i].streak_px, 2));
+    // Behind its lamps a vehicle sends no light onto the road.
+    EXPECT_GT(wet[i].centre_px.y(), ground_px->y());
   }
   EXPECT_LT(mirrored, 0.3 * direct);
   EXPECT_GT(mirrored, 0.01 * direct);
-  // The mirror image of height -h, in the middle of its streak (the streak is brighter toward the
-  // horizon, where water mirrors more).
-  const auto mirror_px = Camera(*scene.site.camera).project({40.0, -3.0, -0.65});
-  ASSERT_TRUE(mirror_px);
-  EXPECT_NEAR(row_px / mirrored, mirror_px->y(), 1.5);
+  // The mirror image of height -h, in the middle of its streak.
+  row_px /= mirrored;
+  EXPECT_NEAR(row_px, 0.0, 1.5);
+  // Road at x sends on what falls on it, by the slopes that turn it to the sensor: the light of
+  // each metre of road, summed.
+  const double height_m = camera.position_m().z(), away_m = std::hypot(40.0, 3.0);
+  double light = 0.0, down = 0.0, down2 = 0.0;
+  for (double x_m = 0.005; x_m < away_m; x_m += 0.01) {
+    const double up = height_m / x_m, in = 0.65 / (away_m - x_m);
+    const double here =
+        std::exp(-0.5 * std::pow(0.5 * (up - in) / 0.015, 2)) * in / (away_m - x_m) / x_m;
+    light += here;
+    down += here * up;
+    down2 += here * up * up;
+  }
+  const double spread_px = camera.focal_px() * std::sqrt(down2 / light - std::pow(down / light, 2));
+  EXPECT_NEAR(std::sqrt(square_px2 / mirrored - row_px * row_px), spread_px, 0.08 * spread_px);
 }
 
 TEST(Renderer, PulsesShorterThanTheExposureComeAndGo) {
