@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "condition/clean_samples.h"
+#include "condition/common_steps.h"
 #include "condition/coupling.h"
 #include "condition/drift.h"
 #include "condition/flashes.h"
@@ -103,11 +104,18 @@ std::vector<PowerTrace> condition(PhotodiodeRecording recording, const Site& sit
     remove_flicker(trace, site.mains_hz);
     trace.flicker_w = std::max(trace.flicker_w, between_pulses_w);
     if (trace.flicker_w > 0.0 && !hidden && as_recorded) set_noise(trace);
-    set_ambient(trace);
-    remove_drift(trace);
     traces.push_back(std::move(trace));
   }
   std::ranges::sort(traces, {}, &PowerTrace::photodiode);
+  std::vector<Metres> along;
+  for (const PowerTrace& trace : traces)
+    along.emplace_back(
+        site.photodiodes[static_cast<std::size_t>(trace.photodiode)].position_m[0].mean);
+  remove_common_steps(traces, along);
+  for (PowerTrace& trace : traces) {
+    set_ambient(trace);
+    remove_drift(trace);
+  }
   return traces;
 }
 

@@ -64,6 +64,7 @@ struct PowerTraceFacts {
   double mains_hz = 0.0;          ///< as its flicker shows; 0: it shows none
   double flicker_w = 0.0;         ///< amplitude of the mains flicker taken out
   double drift_w = 0.0;           ///< range of the slow changes of ambient light taken out
+  double switched_w = 0.0;        ///< largest jump of lights switched on and off, taken out
   std::vector<PulsingLight> pulsing;             ///< in order of time; may overlap
   std::map<std::string, std::int64_t> rejected;  ///< reason -> samples left out
   std::vector<ClippedTime> clipped;              ///< in order; those less than 0.05 s apart are one
