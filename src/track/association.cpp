@@ -24,8 +24,21 @@ struct Link {
   double cost;
 };
 
+// The longer a lamp is hidden, the wider is the gate that it may come out in; a vehicle has not
+// driven back meanwhile.
+bool goes_back(const Lamp& lamp, const Spot& spot, const RoadView& view) {
+  constexpr double kMoved_px = 4.0, kBack_px = 6.0;
+  const double scale = view.picture_px_per_usual();
+  if (view.moving_sensor() || lamp.records.empty()) return false;
+  const Eigen::Vector2d last_px = lamp.records.back().at_px;
+  const Eigen::Vector2d moved_px = lamp.at_px() - last_px;
+  const double length_px = moved_px.norm();
+  return length_px > kMoved_px * scale &&
+         (spot.at_px - last_px).dot(moved_px) < -kBack_px * scale * length_px;
+}
+
 std::vector<Link> links_within_gate(const Lamps& lamps, const std::vector<Spot>& spots,
-                                    double gate_chi2) {
+                                    double gate_chi2, const RoadView& view) {
   constexpr int kSettled = 3, kKnown = 5;
   // A lamp does not change this much between two looks; whatever is there now is another light.
   constexpr double kMostStepLn = 2.3, kMostStepDimLn = 1.8;
@@ -38,7 +51,7 @@ std::vector<Link> links_within_gate(const Lamps& lamps, const std::vector<Spot>&
       const Blob& blob = *spots[j].blob;
       if (opposed(kind, blob.kind) && colour_tells(blob.cr, blob.cb, blob.colour_chance)) continue;
       const auto distance = lamp.distance_within(spots[j], gate_chi2);
-      if (!distance) continue;
+      if (!distance || goes_back(lamp, spots[j], view)) continue;
       const double flux_ln = std::log(std::max(blob.flux, 1e-9)) - lamp.log_flux();
       const double most_flux_ln = blob.kind == LampKind::other ? kMostStepDimLn : kMostStepLn;
       if (lamp.sightings() >= kKnown && std::abs(flux_ln) > most_flux_ln) continue;
@@ -215,9 +228,9 @@ CommonShift common_shift(const Lamps& lamps, const std::vector<Spot>& spots, dou
 }
 
 Association associate(const Lamps& lamps, const std::vector<Spot>& spots, double gate_chi2,
-                      double px_per_usual) {
-  const double unassigned = kUnassigned + 4.0 * std::log(px_per_usual);
-  const std::vector<Link> links = links_within_gate(lamps, spots, gate_chi2);
+                      const RoadView& view) {
+  const double unassigned = kUnassigned + 4.0 * std::log(view.picture_px_per_usual());
+  const std::vector<Link> links = links_within_gate(lamps, spots, gate_chi2, view);
   const int lamp_count = static_cast<int>(lamps.size());
   // Lights that share no spot are assigned apart: the problems stay small.
   std::vector<int> parent(lamps.size() + spots.size());

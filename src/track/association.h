@@ -26,9 +26,10 @@ struct Association {
   /// Lamps for which giving the spots to others would be nearly as good.
   std::vector<char> doubtful;
 };
-/// `px_per_usual`: see optics/picture.h; what moves in a finer picture spreads over more pixels,
-/// and new lights are as much rarer in each.
+/// What moves in a finer picture spreads over more pixels, and new lights are as much rarer in
+/// each. Before a camera that stands no lamp that was hidden comes out behind where it was seen
+/// last.
 Association associate(const Lamps& lamps, const std::vector<Spot>& spots, double gate_chi2,
-                      double px_per_usual);
+                      const RoadView& view);
 
 }  // namespace vildar

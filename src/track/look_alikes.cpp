@@ -66,6 +66,13 @@ std::optional<double> heights_below(const Lamp& lamp, const Lamp& source, const 
   return drop_px / (down_px.norm() * inverse_depth) / view.lamp_height_m();
 }
 
+// Taller and fainter than the lamp above it, where a nearer one would be brighter.
+bool is_drawn_out(const Lamp& lamp, const Lamp& source) {
+  constexpr double kTaller = 1.5, kFainterLn = 0.5;
+  return slenderness(lamp) > kTaller * slenderness(source) &&
+         lamp.log_flux() < source.log_flux() - kFainterLn;
+}
+
 constexpr double kHighCamera_m = 2.0;
 constexpr double kNearestImage = 0.7, kLongestStreak = 5.0, kFarthestGlint = 8.0;  // lamp heights
 
@@ -79,10 +86,13 @@ bool mirrors(const Lamp& lamp, const Lamp& source, const RoadView& view) {
     if (lamp.vehicle == source.vehicle || ratio > kNearerPair || ratio < 1.0 / kNearerPair)
       return false;
   }
-  const bool high = view.height_over_lamps_m() > kHighCamera_m;
+  constexpr double kNearestHigh = 1.4, kFarthestHigh = 2.8, kFarthestDrawnOut = 3.3;
   const auto heights = heights_below(lamp, source, view);
-  return heights && *heights > (high ? 1.4 : kNearestImage) &&
-         *heights < (high ? 2.8 : kLongestStreak);
+  if (!heights) return false;
+  if (view.height_over_lamps_m() <= kHighCamera_m)
+    return *heights > kNearestImage && *heights < kLongestStreak;
+  return *heights > kNearestHigh &&
+         *heights < (is_drawn_out(lamp, source) ? kFarthestDrawnOut : kFarthestHigh);
 }
 
 // Drops and waves show a lamp again all along its column.
@@ -97,9 +107,16 @@ bool may_glint_of(const Lamp& lamp, const Lamp& source, const RoadView& view) {
 bool is_image_of(const Vehicle& lower, const Vehicle& source, const RoadView& view,
                  std::int64_t frame) {
   constexpr double kTold = 1.3;  // two standard deviations of two separations
+  constexpr double kToldDrawnOut = 1.1;
   const double nearer = lower.inverse_depth_per_m / source.inverse_depth_per_m;
   const double ratio = lower.width_per_depth / source.width_per_depth;
-  if (!(nearer > kTold && ratio * ratio < nearer && ratio * ratio > 1.0 / nearer)) return false;
+  const auto drawn_out = [&](const Lamp& lamp, const Lamp& above) {
+    return lamp.seen_at(frame) && is_drawn_out(lamp, above);
+  };
+  const bool both = drawn_out(*lower.left, *source.left) && drawn_out(*lower.right, *source.right);
+  if (!(nearer > (both ? kToldDrawnOut : kTold) && ratio * ratio < nearer &&
+        ratio * ratio > 1.0 / nearer))
+    return false;
   const auto below = [&](const Lamp& lamp, const Lamp& above) {
     if (!lamp.seen_at(frame)) return true;
     const auto heights = heights_below(lamp, above, view);

@@ -182,8 +182,7 @@ void Tracker::Impl::learn_strength() {
 }
 
 void Tracker::Impl::follow(const std::vector<Spot>& spots, const BlobFrame& frame) {
-  const Association found =
-      associate(lamps_, spots, options_.gate_chi2, view_.picture_px_per_usual());
+  const Association found = associate(lamps_, spots, options_.gate_chi2, view_);
   seen_.clear();
   std::vector<Eigen::Vector2d> place_before(lamps_.size()), speed_before(lamps_.size());
   for (std::size_t i = 0; i < lamps_.size(); ++i) {

@@ -81,12 +81,33 @@ TEST(Associate, AFaintLampMayLoseItsColour) {
       const std::vector<Spot> spots{{&blob, *road.view.spot_from_pixel(blob.centre_px), 0.5,
                                      blob.centre_px, blob.centre_sigma_px}};
       lamps.front()->predict(0.04, road.view);
-      const Association found = associate(lamps, spots, 16.0, 1.0);
+      const Association found = associate(lamps, spots, 16.0, road.view);
       ASSERT_EQ(found.spot_of_lamp[0].has_value(), faint) << frame;
       if (!faint) break;
       lamps.front()->update(spots.front(), frame, Road::time_at(frame));
       ASSERT_EQ(lamps.front()->kind(), LampKind::headlamp) << frame;
     }
+  }
+}
+
+// Hidden for a second, what comes out 30 px behind it is the next vehicle, however wide its gate.
+TEST(Associate, AHiddenLampDoesNotComeOutBehindItself) {
+  const Road road;
+  for (const bool back : {true, false}) {
+    Lamps lamps;
+    lamps.push_back(std::make_unique<Lamp>(road.lamp(0, 20, -3.4)));
+    Lamp& lamp = *lamps.front();
+    const Eigen::Vector2d last_px = lamp.at_px();
+    for (int i = 0; i < 25; ++i) lamp.predict(0.04, road.view);
+    const Eigen::Vector2d moved_px = lamp.at_px() - last_px;
+    ASSERT_GT(moved_px.norm(), 8.0);
+    Blob blob;
+    blob.flux = std::exp(lamp.log_flux());
+    blob.kind = LampKind::headlamp;
+    const Eigen::Vector2d at_px = last_px + (back ? -0.9 : 1.9) * moved_px;
+    const std::vector<Spot> spots{{&blob, at_px, 0.5, at_px, blob.centre_sigma_px}};
+    EXPECT_TRUE(lamp.distance_within(spots[0], 1e3));
+    EXPECT_EQ(associate(lamps, spots, 1e3, road.view).spot_of_lamp[0].has_value(), !back);
   }
 }
 
