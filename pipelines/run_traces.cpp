@@ -82,7 +82,7 @@ TraceSummary summary_of(const PowerTrace& trace) {
           trace.noise_sigma_w,   trace.ambient_w,
           trace.ambient_sigma_w, trace.drift_w,
           trace.flicker_w,       trace.mains_hz,
-          trace.pulsing};
+          trace.pulsing,         trace.switched_w};
 }
 
 void warn_of_other_mains(const PowerTrace& trace, const Site& site, const std::string& file,

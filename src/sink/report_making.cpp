@@ -52,6 +52,8 @@ std::string light_rows(const TraceSummary& trace) {
                      named("noise of a sample", watts(trace.noise_w)) +
                      named("ambient", watts(trace.ambient_w));
   if (trace.drift_w > 0.0) rows += named("change of the ambient", watts(trace.drift_w));
+  if (trace.switched_w > 0.0)
+    rows += named("lights switched on and off", "up to " + watts(trace.switched_w));
   if (trace.mains_hz > 0.0)
     rows +=
         named("flicker of " + fixed_text(trace.mains_hz, 2) + " Hz mains", watts(trace.flicker_w));

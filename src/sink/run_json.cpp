@@ -87,6 +87,7 @@ Json json_of(const TraceSummary& trace) {
   put(json, "ambient_std_w", trace.ambient_std_w);
   put(json, "drift_w", trace.drift_w);
   put(json, "flicker_w", trace.flicker_w);
+  if (trace.switched_w > 0.0) put(json, "switched_w", trace.switched_w);
   if (trace.mains_hz > 0.0) put(json, "mains_hz", trace.mains_hz);
   for (const PulsingLight& light : trace.pulsing) {
     Json one;

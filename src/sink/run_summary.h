@@ -48,6 +48,7 @@ struct TraceSummary {
   double flicker_w = 0.0;  ///< amplitude
   double mains_hz = 0.0;   ///< as the flicker shows; 0: it shows none
   std::vector<PulsingLight> pulsing;
+  double switched_w = 0.0;  ///< largest jump of lights switched on and off
 };
 
 /// What a run was given, how it was set and what it met; becomes run.json and the head of the

@@ -47,7 +47,7 @@ RunSummary json_summary() {
   run.inputs = {{"clip", "a \"b\".mp4", 12, "ff"}};
   run.clip = ClipSummary{"mp4", "h264", "yuv420p", 1920, 1080, 0, 30.0, 12.5};
   run.traces = {
-      {"pd0", 1000.0, 3e-10, 2e-8, 1e-12, 0.0, 1e-9, 50.1, {{1.5, 4.25, 200.0, 0.3, 0.02}}}};
+      {"pd0", 1000.0, 3e-10, 2e-8, 1e-12, 0.0, 1e-9, 50.1, {{1.5, 4.25, 200.0, 0.3, 0.02}}, 5e-8}};
   run.settings_yaml = "version: 1\nroad: {kind: straight}\n";
   run.options = {{"annotate", "true"}};
   run.counts = {{"frames_read", 375}, {"frames_damaged", 2}};
@@ -80,6 +80,7 @@ TEST(RunJson, ReadsBackAsWhatWasWritten) {
   EXPECT_EQ(pulsing[0]["frequency_hz"], 200.0);
   EXPECT_EQ(pulsing[0]["duty"], 0.3);
   EXPECT_EQ(pulsing[0]["duty_std"], 0.02);
+  EXPECT_EQ(run["photodiodes"][0]["switched_w"], 5e-8);
   EXPECT_EQ(run["rejected_samples"]["pd0"]["nan"], 3);
   EXPECT_EQ(run["settings"]["site_yaml"], json_summary().settings_yaml);
   EXPECT_EQ(run["warnings"].size(), 1u);
