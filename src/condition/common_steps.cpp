@@ -1,6 +1,7 @@
 #include "condition/common_steps.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -11,14 +12,17 @@
 namespace vildar {
 namespace {
 
-constexpr double kBlock_s = 1e-3;
+// The longer tells steps of a few percent of a vehicle's light; light on the way between two
+// photodiodes takes 18 ms for a metre at 55 m/s.
+constexpr std::array<double, 2> kBlocks_s{1e-3, 4e-3};
 constexpr double kSigmas = 8.0;
-constexpr double kWindow_s = 4e-3;
+constexpr std::int64_t kWindow = 4;                // blocks
+constexpr std::int64_t kMargin = 3 * kWindow + 2;  // of blocks that it takes to tell a step
 constexpr double kApart_m = 1.0;
 
-/// Blocks of a millisecond, or of a sample where those are farther apart, that all traces share.
+/// Blocks that all traces share, of a sample at least.
 struct Grid {
-  double from_s = 0.0, step_s = kBlock_s;
+  double from_s = 0.0, step_s = 0.0;
 
   std::int64_t block_of(double time_s) const {
     constexpr double kEdge = 1e-6;
@@ -39,7 +43,7 @@ std::size_t first_not_before(const PowerTrace& trace, double time_s) {
 class Steps {
  public:
   Steps(const PowerTrace& trace, const Grid& grid, std::int64_t first, std::int64_t blocks)
-      : first_(first), window_(std::max<std::int64_t>(4, grid.blocks_in(kWindow_s))) {
+      : first_(first) {
     const auto size = static_cast<std::size_t>(blocks);
     std::vector<int> samples(size, 0);
     mean_w_.assign(size, 0.0);
@@ -57,12 +61,9 @@ class Steps {
     const double sigma_w =
         std::hypot(trace.noise_sigma_w / std::sqrt(in_block), trace.rounding_sigma_w);
     // Two means, and half of two of either side.
-    least_w_ = kSigmas * sigma_w * std::sqrt(3.0 / static_cast<double>(window_));
+    least_w_ = kSigmas * sigma_w * std::sqrt(3.0 / static_cast<double>(kWindow));
   }
 
-  /// How many blocks to either side it takes to tell a step.
-  std::int64_t margin() const { return 3 * window_ + 2; }
-  std::int64_t window() const { return window_; }
   double least_w() const { return least_w_; }
 
   /// Whether light might jump in that block; NaN says no.
@@ -73,11 +74,11 @@ class Steps {
   /// noise, not within the block, or beside a gap.
   double step_w(std::int64_t block) const {
     constexpr double kWithinBlock = 0.6;
-    const std::int64_t aside = 2 * window_ + 1;
+    const std::int64_t aside = 2 * kWindow + 1;
     const double usual_w = 0.5 * (change_w(block - aside) + change_w(block + aside));
     const double step_w = change_w(block) - usual_w;
     if (!(std::abs(step_w) > least_w_)) return 0.0;
-    const double usual_across_w = 2.0 * usual_w / static_cast<double>(window_ + 1);
+    const double usual_across_w = 2.0 * usual_w / static_cast<double>(kWindow + 1);
     const double across_w = mean_w(block + 1) - mean_w(block - 1) - usual_across_w;
     return across_w / step_w > kWithinBlock ? step_w : 0.0;
   }
@@ -88,29 +89,33 @@ class Steps {
   }
   double change_w(std::int64_t block) const {
     double before_w = 0.0, after_w = 0.0;
-    for (std::int64_t i = 1; i <= window_; ++i) {
+    for (std::int64_t i = 1; i <= kWindow; ++i) {
       before_w += mean_w(block - i);
       after_w += mean_w(block + i);
     }
-    return (after_w - before_w) / static_cast<double>(window_);
+    return (after_w - before_w) / static_cast<double>(kWindow);
   }
 
-  std::int64_t first_, window_;
+  std::int64_t first_;
   std::vector<double> mean_w_;
   double least_w_ = 0.0;
 };
 
-/// In one block; heights by trace, 0 in those that do not show it.
+/// In one block; heights by trace, 0 in those that do not show it, and the least that they show.
 struct CommonStep {
   std::int64_t block = 0;
-  std::vector<double> height_w;
+  std::vector<double> height_w, least_w;
   double worth = 0.0;  ///< in least heights, of all traces
 };
 
 CommonStep step_in(const std::vector<Steps>& traces, const std::vector<Metres>& along,
                    std::int64_t block) {
-  CommonStep step{block, std::vector<double>(traces.size(), 0.0)};
-  for (std::size_t i = 0; i < traces.size(); ++i) step.height_w[i] = traces[i].step_w(block);
+  CommonStep step;
+  step.block = block;
+  for (const Steps& trace : traces) {
+    step.height_w.push_back(trace.step_w(block));
+    step.least_w.push_back(trace.least_w());
+  }
   for (std::size_t i = 0; i < traces.size(); ++i) {
     const bool shared = std::ranges::any_of(along, [&](const Metres& other) {
       const auto k = static_cast<std::size_t>(&other - along.data());
@@ -125,14 +130,13 @@ CommonStep step_in(const std::vector<Steps>& traces, const std::vector<Metres>& 
 /// Those of a stretch, after what was found before it.
 void add_common_steps(const std::vector<Steps>& stretch, const std::vector<Metres>& along,
                       std::int64_t first, std::int64_t blocks, std::vector<CommonStep>& steps) {
-  const std::int64_t margin = stretch.front().margin(), window = stretch.front().window();
-  for (std::int64_t block = first + margin; block + margin < first + blocks; ++block) {
+  for (std::int64_t block = first + kMargin; block + kMargin < first + blocks; ++block) {
     const auto jumping =
         std::ranges::count_if(stretch, [&](const Steps& one) { return one.may_jump(block); });
     if (jumping < 2) continue;
     CommonStep step = step_in(stretch, along, block);
     if (!(step.worth > 0.0)) continue;
-    if (steps.empty() || block - steps.back().block > window)
+    if (steps.empty() || block - steps.back().block > kWindow)
       steps.push_back(std::move(step));
     else if (step.worth > steps.back().worth)
       steps.back() = std::move(step);
@@ -150,7 +154,7 @@ std::vector<CommonStep> common_steps(const std::vector<PowerTrace>& traces,
     std::vector<Steps> stretch;
     for (const PowerTrace& trace : traces) stretch.emplace_back(trace, grid, first, kStretch);
     add_common_steps(stretch, along, first, kStretch, steps);
-    first += kStretch - 2 * stretch.front().margin();
+    first += kStretch - 2 * kMargin;
     double next_s = to_s;
     for (const PowerTrace& trace : traces)
       if (const std::size_t i = first_not_before(trace, grid.time_s(first));
@@ -180,15 +184,18 @@ void leave_pulses(std::vector<CommonStep>& steps, const Grid& grid) {
   steps = std::move(kept);
 }
 
+// What shines for a while from elsewhere is as bright at its end, where a vehicle's own light has
+// changed; what was dark for a while may have.
 bool undoes(const CommonStep& later, const CommonStep& earlier) {
-  constexpr double kAlike = 1.0 / 3.0;
+  constexpr double kSame = 0.05, kAlike = 1.0 / 3.0, kNoise = 0.5;
   bool any = false;
   for (std::size_t i = 0; i < later.height_w.size(); ++i) {
     const double one_w = later.height_w[i], other_w = earlier.height_w[i];
     if (one_w == 0.0 && other_w == 0.0) continue;
     if (!(one_w * other_w < 0.0)) return false;
     const double most_w = std::max(std::abs(one_w), std::abs(other_w));
-    if (std::abs(one_w + other_w) > kAlike * most_w) return false;
+    const double off_w = (other_w > 0.0 ? kSame : kAlike) * most_w + kNoise * later.least_w[i];
+    if (std::abs(one_w + other_w) > off_w) return false;
     any = true;
   }
   return any;
@@ -241,7 +248,7 @@ void take_out(PowerTrace& trace, std::size_t index, const std::vector<Switched>&
     if (end > first) ranges.push_back({first, end - first});
   }
   if (const std::int64_t dropped = drop_ranges(trace, ranges); dropped > 0)
-    trace.rejected["switching"] = dropped;
+    trace.rejected["switching"] += dropped;
 }
 
 }  // namespace
@@ -251,17 +258,19 @@ void remove_common_steps(std::vector<PowerTrace>& traces, const std::vector<Metr
     return trace.time_s.size() > 1 && trace.noise_sigma_w > 0.0 && trace.sample_period_s > 0.0;
   });
   if (traces.size() < 2 || !usable) return;
-  Grid grid;
-  grid.from_s = std::numeric_limits<double>::infinity();
-  for (const PowerTrace& trace : traces) {
-    grid.from_s = std::min(grid.from_s, trace.time_s.front());
-    grid.step_s = std::max(grid.step_s, trace.sample_period_s);
+  for (const double block_s : kBlocks_s) {
+    Grid grid{std::numeric_limits<double>::infinity(), block_s};
+    for (const PowerTrace& trace : traces) {
+      grid.from_s = std::min(grid.from_s, trace.time_s.front());
+      grid.step_s = std::max(grid.step_s, trace.sample_period_s);
+    }
+    if (grid.step_s > kBlocks_s.back()) return;  // light is on its way for as long
+    grid.from_s -= 0.5 * grid.step_s;
+    std::vector<CommonStep> steps = common_steps(traces, along, grid);
+    leave_pulses(steps, grid);
+    const std::vector<Switched> pairs = pairs_of(steps, grid);
+    for (std::size_t i = 0; i < traces.size(); ++i) take_out(traces[i], i, pairs, grid);
   }
-  grid.from_s -= 0.5 * grid.step_s;
-  std::vector<CommonStep> steps = common_steps(traces, along, grid);
-  leave_pulses(steps, grid);
-  const std::vector<Switched> pairs = pairs_of(steps, grid);
-  for (std::size_t i = 0; i < traces.size(); ++i) take_out(traces[i], i, pairs, grid);
 }
 
 }  // namespace vildar

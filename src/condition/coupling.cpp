@@ -71,6 +71,19 @@ bool darker_elsewhere(const std::vector<Level>& levels, double dark_w, double sw
   return false;
 }
 
+/// Whether what came back goes again, as the light of another vehicle's tail lamps does that come
+/// into view.
+bool falls_again(const std::vector<Level>& levels, std::size_t dark, double until_s,
+                 double swing_w) {
+  constexpr double kFall = 0.3;  // of the swing
+  double most_w = levels[dark].power_w;
+  for (std::size_t i = dark; i < levels.size() && levels[i].time_s < until_s; ++i) {
+    most_w = std::max(most_w, levels[i].power_w);
+    if (levels[i].power_w < most_w - kFall * swing_w) return true;
+  }
+  return false;
+}
+
 Swing swing_after(const std::vector<Level>& levels, std::size_t peak, double next_s,
                   double sigma_w) {
   constexpr double kBefore_s = 6.0, kRises_s = 1.0, kFalls_s = 2.0, kLongest_s = 10.0;
@@ -97,7 +110,8 @@ Swing swing_after(const std::vector<Level>& levels, std::size_t peak, double nex
     swing.back = blocks < kAtOnce || levels[*after + blocks / 2].power_w - dark_w > least * swing_w;
     break;
   }
-  swing.back = swing.back && !darker_elsewhere(levels, dark_w, swing_w);
+  swing.back = swing.back && !darker_elsewhere(levels, dark_w, swing_w) &&
+               !falls_again(levels, *after, until_s, swing_w);
   return swing;
 }
 

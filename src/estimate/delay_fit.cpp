@@ -5,6 +5,7 @@
 
 #include "estimate/delay_curve.h"
 #include "estimate/delay_motion.h"
+#include "estimate/wander.h"
 
 namespace vildar {
 namespace {
@@ -238,8 +239,18 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
   const auto of_noise = [&](const Eigen::MatrixX2d& slopes) -> Eigen::Matrix2d {
     return widened * slopes.transpose() * found.covariance * slopes;
   };
-  const auto of_all = [&](const Eigen::MatrixX2d& slopes) -> Eigen::Matrix2d {
-    const Eigen::Vector2d unlike = slopes.transpose() * found.mismatch;
+  // Of a mismatch that is told by the acceleration, which vehicles seldom have so much of, more is
+  // there than its std.
+  const auto told_sigmas = [&](double tau_s, const Eigen::MatrixX2d& slopes) {
+    const double response = slopes.col(1).dot(found.mismatch);
+    const double acceleration = model.motion_at(found.value, tau_s).acceleration_mps2;
+    const double both = response * response + kAccelerationVariance_m2ps4;
+    const double mean = acceleration * response / both;
+    const double variance = kAccelerationVariance_m2ps4 / both;
+    return std::max(1.0, std::sqrt(mean * mean + variance));
+  };
+  const auto of_all = [&](double tau_s, const Eigen::MatrixX2d& slopes) -> Eigen::Matrix2d {
+    const Eigen::Vector2d unlike = told_sigmas(tau_s, slopes) * slopes.transpose() * found.mismatch;
     return of_noise(slopes) + unlike * unlike.transpose();
   };
   const auto turned_mps = [&](double tau_s) {
@@ -266,7 +277,7 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
       });
   // How a mismatch goes with the angle is not known well enough to say when it leaves the speed
   // alone: that may be in half as much time again before the end, or two thirds of it.
-  constexpr double kOfMismatch = 0.3, kElsewhere = 1.5;
+  constexpr double kOfMismatch = 0.5, kElsewhere = 1.5;
   const auto unlike_mps = [&](double tau_s) {
     double most_mps = 0.0;
     for (const double share : {1.0 / kElsewhere, kElsewhere}) {
@@ -279,7 +290,8 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
     return kOfMismatch * most_mps;
   };
   const auto std_mps = [&](double tau_s, const Eigen::MatrixX2d& slopes) {
-    return std::hypot(std::sqrt(of_all(slopes)(0, 0)), turned_mps(tau_s), unlike_mps(tau_s));
+    return std::hypot(std::sqrt(of_all(tau_s, slopes)(0, 0)), turned_mps(tau_s),
+                      told_sigmas(tau_s, slopes) * unlike_mps(tau_s));
   };
   const double from_s =
       std::clamp(problem.asked_from_s - rows.reference_s, rows.first_s, rows.last_s);
@@ -292,9 +304,9 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
   fit.acceleration_mps2 = motion.acceleration_mps2;
   // The baseline scales both.
   fit.covariance =
-      of_all(slopes_of(motion)) + baseline_share * baseline_share * both * both.transpose();
+      of_all(tau_s, slopes_of(motion)) + baseline_share * baseline_share * both * both.transpose();
   fit.drift_std_mps = drift_std_mps(problem, rows, model, found);
-  fit.covariance(0, 0) += std::pow(unlike_mps(tau_s), 2);
+  fit.covariance(0, 0) += std::pow(told_sigmas(tau_s, slopes_of(motion)) * unlike_mps(tau_s), 2);
   fit.acceleration_std_mps2 = std::sqrt(fit.covariance(1, 1));
   SpeedEstimate& speed = fit.speed;
   speed.std_mps = std::hypot(std::sqrt(fit.covariance(0, 0)), turned_mps(tau_s), fit.drift_std_mps);

@@ -104,6 +104,37 @@ TEST(CommonSteps, WhatTheVehicleDoesStays) {
   }
 }
 
+// Six sigmas of a sample: four milliseconds together tell them.
+TEST(CommonSteps, SmallOnesGoToo) {
+  const std::vector<PowerTrace> clean = passed_by(1000.0);
+  std::vector<PowerTrace> traces = clean;
+  switch_on(traces, 2.0, 3.5, 6.0 * kStepSigma_w, {1.0, 1.0});
+  remove_common_steps(traces, kTwoMetres);
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_LT(most_off_w(traces[i], clean[i]), kStepSigma_w);
+}
+
+// Lamps with a loose contact, out twice: what shone between was the vehicle.
+TEST(CommonSteps, OwnLightBetweenTwoFailuresStays) {
+  const std::vector<PowerTrace> clean = passed_by(1000.0);
+  std::vector<PowerTrace> traces = clean;
+  for (std::size_t i = 0; i < 2; ++i)
+    for (std::size_t k = 0; k < clean[i].time_s.size(); ++k)
+      if (const double time_s = clean[i].time_s[k];
+          (time_s >= 3.9 && time_s < 4.3) || (time_s >= 4.38 && time_s < 4.5))
+        traces[i].power_w[k] = static_cast<float>(kStepDark_w);
+  remove_common_steps(traces, kTwoMetres);
+  for (std::size_t i = 0; i < 2; ++i) {
+    std::size_t of = 0;
+    for (std::size_t k = 0; k < traces[i].time_s.size(); ++k, ++of) {
+      while (clean[i].time_s[of] != traces[i].time_s[k]) ++of;
+      const double time_s = clean[i].time_s[of];
+      if (time_s > 4.31 && time_s < 4.37) {
+        EXPECT_NEAR(traces[i].power_w[k], clean[i].power_w[of], 1e-9) << time_s;
+      }
+    }
+  }
+}
+
 TEST(CommonSteps, NeedTwoPhotodiodesApart) {
   const std::vector<PowerTrace> clean = passed_by(1000.0);
   std::vector<PowerTrace> traces = clean;

@@ -161,6 +161,22 @@ TEST(BlocksConstantLight, NorDoesWhatBeginsWithAVehicleThatStands) {
       }
 }
 
+// Tail lamps of one that drives away on the other side: they come into view beside the photodiode
+// as the vehicle goes by, and fade.
+TEST(BlocksConstantLight, NorDoTailLampsThatComeAndFade) {
+  for (const double begins_s : {0.1, 0.3, 0.6})
+    for (const double lamps : {0.05, 0.1, 0.2}) {
+      auto light_w = light_in_view({{8.0, 10.0}}, 1.0, 14.0);
+      for (std::size_t k = 0; k < light_w.size(); ++k) {
+        const double since_s = static_cast<double>(k) / kRate_hz - 8.0 - begins_s;
+        const double away_m = 12.0 * std::max(0.0, since_s);
+        light_w[k] += lamps * 4e-6 * (1.0 - std::exp(-std::max(0.0, since_s) / 0.15)) /
+                      (1.0 + away_m * away_m / 100.0);
+      }
+      EXPECT_FALSE(blocks_constant_light(trace_of(light_w))) << begins_s << " s, " << lamps;
+    }
+}
+
 TEST(BlocksConstantLight, NorDoesASpikeBelowDark) {
   auto light_w = light_of({{10.0, 20.0}}, 20.0);
   for (std::size_t k = 10'500; k < 10'503; ++k) light_w[k] -= 1e-6;

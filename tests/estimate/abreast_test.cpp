@@ -173,15 +173,17 @@ TEST_F(BesideACamera, ADelayFasterThanVehiclesDriveIsNoSpeed) {
   EXPECT_LT(std::abs(result.speed.speed_mps - 20.0), 4.0 * result.speed.std_mps);
 }
 
-// Light that seems to brake by 2.5 m/s^2, as that of a follower beside the own may, at about the
-// speed that the camera sees: of one speed the camera's stands; 30 % off neither can be trusted.
+// Light that seems to brake by 2.8 m/s^2, as that of a follower beside the own may, at about the
+// speed that the camera sees: of one speed the camera's stands; 30 % off neither can be trusted
+// where the photodiodes are known to be alike.
 TEST_F(BesideACamera, ADelayThatDeniesTheAccelerationAloneLeavesTheSpeedToIt) {
   for (const double times : {1.0, 1.3}) {
     Site one_lane = site_;
     one_lane.road.lanes.pop_back();
+    if (times > 1.0) one_lane.photodiodes[1].gain_ratio.std = 2e-4;
     const auto traces = simulated::two_traces(4.4, 1e-3, random_, [&](int k, double t_s) {
       const double to_go_s = 4.0 - t_s;
-      const double ahead_m = times * (20.0 * to_go_s + 0.5 * 2.5 * to_go_s * to_go_s) - 2.0 * k;
+      const double ahead_m = times * (20.0 * to_go_s + 0.5 * 2.8 * to_go_s * to_go_s) - 2.0 * k;
       return ahead_m > 0.0 ? 100.0 / (ahead_m * ahead_m + kNear2_m2) : 0.0;
     });
     const VehicleResult result = seen_with(traces, one_lane);
