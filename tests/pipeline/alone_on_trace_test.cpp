@@ -37,6 +37,7 @@ TEST(AloneOnTrace, IsAsSureAsTheWholeTrace) {
                                           50.0,
                                           0.1,
                                           0.2,
+                                          5e-8,
                                           {{6.0, 7.0, 200.0, 0.3, 0.02}},
                                           {{"clipped", 3}},
                                           {{8.0, 8.5}},
