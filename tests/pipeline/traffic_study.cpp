@@ -225,14 +225,14 @@ TEST(Traffic, DryRoadOtherSeeds) {
   EXPECT_LE(100 * combined(all.own).clear.id_switches, all.vehicles);
 }
 
-// One switch in 60 vehicles is what is reached on wet roads; wanted is one in 100:
+// One switch in 80 vehicles is what is reached in all of these, one in 100 with all others:
 // docs/tracking.md tells why.
 TEST(Traffic, WetRoadOtherSeeds) {
   const Totals all =
       other_seeds(true, {9000, 15000, 23000, 31000, 41000, 53000, 67000, 79000, 83000});
   EXPECT_GE(all.found, 0.99 * all.near_and_long);
   EXPECT_EQ(all.false_measured, 0);
-  EXPECT_LE(60 * combined(all.own).clear.id_switches, all.vehicles);
+  EXPECT_LE(80 * combined(all.own).clear.id_switches, all.vehicles);
 }
 
 }  // namespace
