@@ -277,7 +277,7 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
       });
   // How a mismatch goes with the angle is not known well enough to say when it leaves the speed
   // alone: that may be in half as much time again before the end, or two thirds of it.
-  constexpr double kOfMismatch = 0.5, kElsewhere = 1.5;
+  constexpr double kOfMismatch = 0.3, kElsewhere = 1.5;
   const auto unlike_mps = [&](double tau_s) {
     double most_mps = 0.0;
     for (const double share : {1.0 / kElsewhere, kElsewhere}) {
@@ -291,7 +291,7 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
   };
   const auto std_mps = [&](double tau_s, const Eigen::MatrixX2d& slopes) {
     return std::hypot(std::sqrt(of_all(tau_s, slopes)(0, 0)), turned_mps(tau_s),
-                      told_sigmas(tau_s, slopes) * unlike_mps(tau_s));
+                      std::pow(told_sigmas(tau_s, slopes), 2) * unlike_mps(tau_s));
   };
   const double from_s =
       std::clamp(problem.asked_from_s - rows.reference_s, rows.first_s, rows.last_s);
@@ -306,7 +306,8 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
   fit.covariance =
       of_all(tau_s, slopes_of(motion)) + baseline_share * baseline_share * both * both.transpose();
   fit.drift_std_mps = drift_std_mps(problem, rows, model, found);
-  fit.covariance(0, 0) += std::pow(told_sigmas(tau_s, slopes_of(motion)) * unlike_mps(tau_s), 2);
+  fit.covariance(0, 0) +=
+      std::pow(std::pow(told_sigmas(tau_s, slopes_of(motion)), 2) * unlike_mps(tau_s), 2);
   fit.acceleration_std_mps2 = std::sqrt(fit.covariance(1, 1));
   SpeedEstimate& speed = fit.speed;
   speed.std_mps = std::hypot(std::sqrt(fit.covariance(0, 0)), turned_mps(tau_s), fit.drift_std_mps);
