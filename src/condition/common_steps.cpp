@@ -34,7 +34,7 @@ struct Grid {
   }
 };
 
-std::size_t first_not_before(const PowerTrace& trace, double time_s) {
+std::size_t sample_from(const PowerTrace& trace, double time_s) {
   return static_cast<std::size_t>(std::ranges::lower_bound(trace.time_s, time_s) -
                                   trace.time_s.begin());
 }
@@ -47,8 +47,7 @@ class Steps {
     const auto size = static_cast<std::size_t>(blocks);
     std::vector<int> samples(size, 0);
     mean_w_.assign(size, 0.0);
-    for (std::size_t i = first_not_before(trace, grid.time_s(first)); i < trace.time_s.size();
-         ++i) {
+    for (std::size_t i = sample_from(trace, grid.time_s(first)); i < trace.time_s.size(); ++i) {
       const std::int64_t block = grid.block_of(trace.time_s[i]) - first;
       if (block >= blocks) break;
       if (block < 0) continue;
@@ -157,8 +156,7 @@ std::vector<CommonStep> common_steps(const std::vector<PowerTrace>& traces,
     first += kStretch - 2 * kMargin;
     double next_s = to_s;
     for (const PowerTrace& trace : traces)
-      if (const std::size_t i = first_not_before(trace, grid.time_s(first));
-          i < trace.time_s.size())
+      if (const std::size_t i = sample_from(trace, grid.time_s(first)); i < trace.time_s.size())
         next_s = std::min(next_s, trace.time_s[i]);
     first = std::max(first, grid.block_of(next_s));
     if (!(next_s < to_s)) break;
@@ -233,8 +231,8 @@ void take_out(PowerTrace& trace, std::size_t index, const std::vector<Switched>&
     if (first_w == 0.0 || last_w == 0.0) continue;
     trace.switched_w = std::max({trace.switched_w, std::abs(first_w), std::abs(last_w)});
     const double from_s = grid.time_s(from->block), to_s = grid.time_s(to->block);
-    const std::size_t end = first_not_before(trace, to_s);
-    for (std::size_t i = first_not_before(trace, from_s); i < end; ++i) {
+    const std::size_t end = sample_from(trace, to_s);
+    for (std::size_t i = sample_from(trace, from_s); i < end; ++i) {
       const double share = (trace.time_s[i] - from_s) / (to_s - from_s);
       trace.power_w[i] -= static_cast<float>(first_w + share * (last_w - first_w));
     }
@@ -243,8 +241,8 @@ void take_out(PowerTrace& trace, std::size_t index, const std::vector<Switched>&
   std::ranges::sort(jumps);
   std::vector<SampleRange> ranges;
   for (const std::int64_t block : jumps) {
-    const std::size_t first = first_not_before(trace, grid.time_s(block)),
-                      end = first_not_before(trace, grid.time_s(block + 1));
+    const std::size_t first = sample_from(trace, grid.time_s(block)),
+                      end = sample_from(trace, grid.time_s(block + 1));
     if (end > first) ranges.push_back({first, end - first});
   }
   if (const std::int64_t dropped = drop_ranges(trace, ranges); dropped > 0)
