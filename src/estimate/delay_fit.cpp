@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimate/delay_curve.h"
-#include "estimate/delay_motion.h"
+#include "estimate/delay_follow.h"
+#include "estimate/light_checks.h"
 #include "estimate/wander.h"
 
 namespace vildar {
@@ -331,16 +331,6 @@ double gain_chi2(const Uncertain& log_ratio, const DelayMotion& found) {
          (told + std::pow(found.mismatch[kGain], 2));
 }
 
-// Chi-square where both photodiodes see the same light at once, above levels of any size, as they
-// do of the dawn or of clouds.
-double chi2_of_no_delay(const DelayProblem& problem, const DelayRows& rows, int pieces) {
-  constexpr double kNone_s = 1e-6;
-  DelayProblem any_level = problem;
-  for (DelaySide* side : {&any_level.near, &any_level.far}) side->ambient_w.std = rows.unit_w;
-  const DelayModel model(any_level, rows, CubicSpline(delay_breaks(rows, kNone_s, pieces)));
-  return model.residuals(model.minimise(model.start(kNone_s), false, 1).value).squaredNorm();
-}
-
 // Responses being as alike as the site says.
 Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   if (std::min(problem.near.blocks.size(), problem.far.blocks.size()) < kFewestBlocks)
@@ -352,38 +342,31 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   if (!problem.pose.unlike.empty())
     delay_s = scan_delay_s(problem, as_of_near(problem, delay_s, measured));
   if (!(delay_s > 0.0)) return Miss::too_few_samples;
-  DelayRows rows = as_of_near(problem, delay_s, measured);
-  const auto outcome = best_delay_curve(problem, rows, delay_s);
+  const auto outcome = follow(problem, as_of_near(problem, delay_s, measured), delay_s);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
-  const DelayCurve& known = std::get<DelayCurve>(outcome);
-  const Eigen::VectorXd& constant = known.value;
-  const CubicSpline curve(known.breaks);
-
-  const std::vector<double> steps_s = delay_steps_s(rows);
-  if (steps_s.empty()) return Miss::below_noise;
-  const DelayModel model(problem, rows, curve, steps_s);
-  const auto motion = find_delay_motion(model, rows, steps_s, constant);
-  if (!motion) return Miss::not_converged;
-  if (!share_a_stretch(problem, rows, model, motion->value)) return Miss::bad_fit;
-  const Eigen::VectorXd residuals = model.residuals(motion->value);
+  const auto& found = std::get<Followed>(outcome);
+  const auto& [rows, known, steps_s, motion, common_doubt] = found;
+  const DelayModel model = found.model(problem);
+  if (!share_a_stretch(problem, rows, model, motion.value)) return Miss::bad_fit;
+  const Eigen::VectorXd residuals = model.residuals(motion.value);
   const auto n = static_cast<double>(rows.rows.size());
   const auto unknowns = static_cast<double>(model.free(true).size());
   DelayFit fit;
   fit.chi2_per_dof = residuals.squaredNorm() / std::max(1.0, n - unknowns);
   fit.sigma_factor =
-      std::sqrt(std::max(motion->noise_factor, variance_factor(rows, residuals, unknowns)));
+      std::sqrt(std::max(motion.noise_factor, variance_factor(rows, residuals, unknowns)));
   fit.pieces = known.pieces();
-  const double steady_chi2 = DelayModel(problem, rows, curve).residuals(constant).squaredNorm();
-  fit.wander_chi2 = (steady_chi2 - residuals.squaredNorm()) / motion->noise_factor;
-  fit.mean_acceleration_mps2 = (model.motion_at(motion->value, steps_s.back()).speed_mps -
-                                model.motion_at(motion->value, steps_s.front()).speed_mps) /
+  const double steady_chi2 = found.steady_model(problem).residuals(known.value).squaredNorm();
+  fit.wander_chi2 = (steady_chi2 - residuals.squaredNorm()) / motion.noise_factor;
+  fit.mean_acceleration_mps2 = (model.motion_at(motion.value, steps_s.back()).speed_mps -
+                                model.motion_at(motion.value, steps_s.front()).speed_mps) /
                                (steps_s.back() - steps_s.front());
-  fit.bend_mps = bend_mps(rows, model, motion->value);
-  put_hardest(rows, model, *motion, fit);
-  fit.log_ratio = motion->value[kLogFarGain];
+  fit.bend_mps = bend_mps(rows, model, motion.value);
+  put_hardest(rows, model, motion, fit);
+  fit.log_ratio = motion.value[kLogFarGain];
   if (problem.log_ratio.std > 0.0)
     fit.log_ratio_std =
-        std::hypot(std::sqrt(motion->covariance(kGain, kGain)), motion->mismatch[kGain]);
+        std::hypot(std::sqrt(motion.covariance(kGain, kGain)), motion.mismatch[kGain]);
 
   constexpr double kWorstMismatch = 0.03;  // rms of the light
   double error2 = 0.0, light2 = 0.0;
@@ -394,15 +377,17 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   const double expected = 4.0;  // of chi-square, below which noise explains any mismatch
   if (fit.chi2_per_dof > expected && error2 > kWorstMismatch * kWorstMismatch * light2)
     return Miss::bad_fit;
-  const double rate_mps2 = model.motion_at(motion->value, 0.0).acceleration_mps2;
+  const double rate_mps2 = model.motion_at(motion.value, 0.0).acceleration_mps2;
   constexpr double kMostPriorChi2 = 19.5;  // one in a hundred thousand
-  if (rate_mps2 * rate_mps2 > kMostPriorChi2 * motion->acceleration_variance) return Miss::bad_fit;
-  fit.gain_chi2 = gain_chi2(problem.log_ratio, *motion);
-  put_speed(problem, rows, model, *motion, fit);
-  constexpr double kNoDelay = 0.3, kToldFromNone = 36.0;  // of chi-square
-  const double told = chi2_of_no_delay(problem, rows, known.pieces()) - residuals.squaredNorm();
+  if (rate_mps2 * rate_mps2 > kMostPriorChi2 * motion.acceleration_variance) return Miss::bad_fit;
+  fit.gain_chi2 = gain_chi2(problem.log_ratio, motion);
+  put_speed(problem, rows, model, motion, fit);
+  widen(fit, common_doubt * fit.speed.speed_mps);
+  constexpr double kNoDelay = 0.3, kToldFromNone = 36.0, kBesideOthers = 200.0;  // of chi-square
+  const double told = chi2_of_no_delay(problem, found) - residuals.squaredNorm();
   if (!(fit.speed.std_mps < kNoDelay * fit.speed.speed_mps) ||
-      !(told > kToldFromNone * fit.sigma_factor * fit.sigma_factor))
+      !(told > (rows.common.empty() ? kToldFromNone : kBesideOthers) * fit.sigma_factor *
+                   fit.sigma_factor))
     return Miss::too_uncertain;
   return fit;
 }

@@ -12,14 +12,17 @@ namespace {
 
 // Holds what no block reaches; next to nothing beside one block of data.
 constexpr double kCoefficientStd = 1e3;
+constexpr double kCommonStd = 1.0;  // of the brightest light
 const double kAccelerationStd_mps2 = std::sqrt(kAccelerationVariance_m2ps4);
 
-struct Term {
-  int parameter;
-  double slope;
-};
-
 }  // namespace
+
+double CommonLight::share(double at_tau_s) const {
+  constexpr double kAll = 6.0;  // but for 1e-17
+  const double before = (tau_s - at_tau_s) / width_s;
+  if (std::abs(before) > kAll) return before > 0.0 ? 0.0 : 1.0;
+  return 0.5 * std::erfc(before);
+}
 
 DelayModel::DelayModel(const DelayProblem& problem, const DelayRows& rows, CubicSpline curve,
                        std::vector<double> steps_s)
@@ -64,6 +67,24 @@ double DelayModel::by_log_delay(const DelayRows::Row& row, const Eigen::VectorXd
     departed_m += value[first_step() + static_cast<int>(k)] * steps_[k].way(row.tau_s);
   return std::exp(value[kLogDelay]) *
          ((row.far ? 1.0 : 0.0) + departed_m / problem_.pose.baseline_m.mean);
+}
+
+double DelayModel::other_light(const DelayRows::Row& row, const Eigen::VectorXd& value) const {
+  return value[row.far ? kFarAmbient : kNearAmbient] + common_light(row, value);
+}
+
+std::vector<std::array<double, 2>> DelayModel::common_powers(const Eigen::VectorXd& value) const {
+  std::vector<std::array<double, 2>> powers;
+  for (int k = first_common(); k < first_step(); k += 2) powers.push_back({value[k], value[k + 1]});
+  return powers;
+}
+
+double DelayModel::common_light(const DelayRows::Row& row, const Eigen::VectorXd& value) const {
+  double level = 0.0;
+  for (std::size_t k = 0; k < rows_.common.size(); ++k)
+    level += rows_.common[k].share(row.tau_s) *
+             value[first_common() + 2 * static_cast<int>(k) + (row.far ? 1 : 0)];
+  return level;
 }
 
 DelayModel::Light DelayModel::light_of(const DelayRows::Row& row,
@@ -117,6 +138,44 @@ DelayModel::Motion DelayModel::motion_at(const Eigen::VectorXd& value, double ta
   return motion;
 }
 
+void DelayModel::put_line(const DelayRows::Row& row, const Eigen::VectorXd& value,
+                          Line& line) const {
+  const double per_mps = std::exp(value[kLogDelay]) / problem_.pose.baseline_m.mean;
+  const auto [local, by_log_delay, gain, light, slope] = light_of(row, value);
+  line.light = light;
+  line.beyond = light + other_light(row, value) - row.power;
+  std::vector<Term>& terms = line.terms;
+  terms.clear();
+  for (std::size_t k = 0; k < 4; ++k)
+    terms.push_back({kDelayParameters + local.first + static_cast<int>(k), gain * local.value[k]});
+  terms.push_back({row.far ? kFarAmbient : kNearAmbient, 1.0});
+  for (std::size_t k = 0; k < rows_.common.size(); ++k)
+    if (const double share = rows_.common[k].share(row.tau_s); share != 0.0)
+      terms.push_back({first_common() + 2 * static_cast<int>(k) + (row.far ? 1 : 0), share});
+  terms.push_back({kAlpha, 0.5 * slope * row.tau_s * row.tau_s});
+  terms.push_back({kLogDelay, slope * by_log_delay});
+  if (row.far) terms.push_back({kLogFarGain, light});
+  for (std::size_t k = 0; k < steps_.size(); ++k)
+    if (const double way = steps_[k].way(row.tau_s); way != 0.0)
+      terms.push_back({first_step() + static_cast<int>(k), slope * per_mps * way});
+}
+
+void DelayModel::add_rows(Point& point) const {
+  Line line;
+  for (const DelayRows::Row& row : rows_.rows) {
+    put_line(row, point.value, line);
+    const double weight = 1.0 / (row.sigma * row.sigma);
+    point.cost += 0.5 * weight * line.beyond * line.beyond;
+    for (const Term& one : line.terms) {
+      const double scaled = weight * one.slope;
+      point.gradient[one.parameter] += scaled * line.beyond;
+      point.mismatch[one.parameter] += scaled * line.light * row.mismatch;
+      for (const Term& other : line.terms)
+        point.information(one.parameter, other.parameter) += scaled * other.slope;
+    }
+  }
+}
+
 DelayModel::Point DelayModel::at(const Eigen::VectorXd& value, bool with_derivatives) const {
   Point point;
   point.value = value;
@@ -124,33 +183,9 @@ DelayModel::Point DelayModel::at(const Eigen::VectorXd& value, bool with_derivat
     point.information = Eigen::MatrixXd::Zero(value.size(), value.size());
     point.gradient = Eigen::VectorXd::Zero(value.size());
     point.mismatch = Eigen::VectorXd::Zero(value.size());
-  }
-  const double per_mps = std::exp(value[kLogDelay]) / problem_.pose.baseline_m.mean;
-  std::vector<Term> terms;
-  for (const DelayRows::Row& row : rows_.rows) {
-    const auto [local, by_log_delay, gain, light, slope] = light_of(row, value);
-    const int ambient = row.far ? kFarAmbient : kNearAmbient;
-    const double residual = (light + value[ambient] - row.power) / row.sigma;
-    point.cost += 0.5 * residual * residual;
-    if (!with_derivatives) continue;
-    terms.clear();
-    for (std::size_t k = 0; k < 4; ++k)
-      terms.push_back(
-          {kDelayParameters + local.first + static_cast<int>(k), gain * local.value[k]});
-    terms.push_back({ambient, 1.0});
-    terms.push_back({kAlpha, 0.5 * slope * row.tau_s * row.tau_s});
-    terms.push_back({kLogDelay, slope * by_log_delay});
-    if (row.far) terms.push_back({kLogFarGain, light});
-    for (std::size_t k = 0; k < steps_.size(); ++k)
-      if (const double way = steps_[k].way(row.tau_s); way != 0.0)
-        terms.push_back({first_step() + static_cast<int>(k), slope * per_mps * way});
-    for (const Term& one : terms) {
-      const double scaled = one.slope / (row.sigma * row.sigma);
-      point.gradient[one.parameter] += scaled * residual * row.sigma;
-      point.mismatch[one.parameter] += scaled * light * row.mismatch;
-      for (const Term& other : terms)
-        point.information(one.parameter, other.parameter) += scaled * other.slope;
-    }
+    add_rows(point);
+  } else {
+    point.cost = 0.5 * residuals(value).squaredNorm();
   }
   add_priors(point, with_derivatives);
   return point;
@@ -171,6 +206,7 @@ void DelayModel::add_priors(Point& point, bool with_derivatives) const {
     add(kLogFarGain, value[kLogFarGain] - problem_.log_ratio.mean, problem_.log_ratio.std);
   for (int k = 0; k < curve_.size(); ++k)
     add(kDelayParameters + k, value[kDelayParameters + k], kCoefficientStd);
+  for (int k = first_common(); k < first_step(); ++k) add(k, value[k], kCommonStd);
 
   const double speed_mps = problem_.pose.baseline_m.mean * std::exp(-value[kLogDelay]);
   const double residual = value[kAlpha] * speed_mps / kAccelerationStd_mps2;
@@ -230,9 +266,8 @@ Eigen::VectorXd DelayModel::residuals(const Eigen::VectorXd& value) const {
   Eigen::VectorXd found(static_cast<Eigen::Index>(rows_.rows.size()));
   for (std::size_t i = 0; i < rows_.rows.size(); ++i) {
     const DelayRows::Row& row = rows_.rows[i];
-    const double ambient = value[row.far ? kFarAmbient : kNearAmbient];
     found[static_cast<Eigen::Index>(i)] =
-        (light_of(row, value).light + ambient - row.power) / row.sigma;
+        (light_of(row, value).light + other_light(row, value) - row.power) / row.sigma;
   }
   return found;
 }

@@ -22,6 +22,15 @@ enum DelayParameter : int {
   kDelayParameters,
 };
 
+/// Light that both photodiodes receive more of, or less, from one time on, without delay: of
+/// another lamp that comes on or goes out. A smooth step.
+struct CommonLight {
+  double tau_s = 0.0,
+         width_s = 1.0;  ///< its middle, from the reference; 84 % of it within as much on each side
+
+  double share(double tau_s) const;
+};
+
 /// Blocks of both sides in power units, times from the reference.
 struct DelayRows {
   struct Row {
@@ -35,6 +44,7 @@ struct DelayRows {
   double first_s = 0.0, last_s = 0.0;  ///< of the rows, from the reference
   double last_far_s = 0.0;             ///< of the far rows
   double block_s = 0.0;                ///< over which a row is the mean
+  std::vector<CommonLight> common;
 };
 
 /// Least squares of both pulses on one curve. Priors are included but for that on the sizes of the
@@ -46,8 +56,10 @@ class DelayModel {
              std::vector<double> steps_s = {});
 
   struct Point {
-    Eigen::VectorXd value;  ///< DelayParameter, the curve's coefficients, the steps' m/s^2
-    double cost = 0.0;      ///< half the sum of squares
+    /// DelayParameter, the curve's coefficients, each common light's power on the near and on the
+    /// far side, the steps' m/s^2.
+    Eigen::VectorXd value;
+    double cost = 0.0;  ///< half the sum of squares
     Eigen::MatrixXd information;
     Eigen::VectorXd gradient;
     Eigen::VectorXd mismatch;  ///< change of the gradient by light as unlike as the rows say
@@ -67,7 +79,20 @@ class DelayModel {
   Eigen::VectorXd residuals(const Eigen::VectorXd& value) const;
   std::vector<int> free(bool move_delay) const;
   /// Where the steps begin among the unknowns.
-  int first_step() const { return kDelayParameters + curve_.size(); }
+  int first_step() const { return first_common() + 2 * static_cast<int>(rows_.common.size()); }
+  /// What a row is beyond its measured power, and the slopes of that by the unknowns.
+  struct Term {
+    int parameter;
+    double slope;
+  };
+  struct Line {
+    double beyond = 0.0, light = 0.0;
+    std::vector<Term> terms;
+  };
+  void put_line(const DelayRows::Row& row, const Eigen::VectorXd& value, Line& line) const;
+  /// Of each common light, on the near and the far side.
+  std::vector<std::array<double, 2>> common_powers(const Eigen::VectorXd& value) const;
+  double common_light(const DelayRows::Row& row, const Eigen::VectorXd& value) const;
   /// Whether the vehicle never stands still or turns round, as a curve over its way demands.
   bool drives_on(const Eigen::VectorXd& value) const;
   struct Motion {
@@ -90,8 +115,12 @@ class DelayModel {
     double by_log_delay = 0.0;  // of the way driven over the speed
     double gain = 1.0, light = 0.0, slope = 0.0;
   };
+  int first_common() const { return kDelayParameters + curve_.size(); }
   double by_log_delay(const DelayRows::Row& row, const Eigen::VectorXd& value) const;
+  /// Of the ambient and of common light.
+  double other_light(const DelayRows::Row& row, const Eigen::VectorXd& value) const;
   Light light_of(const DelayRows::Row& row, const Eigen::VectorXd& value) const;
+  void add_rows(Point& point) const;
   void add_priors(Point& point, bool with_derivatives) const;
 
   const DelayProblem& problem_;

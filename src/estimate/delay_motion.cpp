@@ -78,6 +78,7 @@ bool let_wander(const DelayModel& model, double between_s, DelayMotion& found) {
     if (!mixed) return false;
     found.known = reduced->kept;
     found.covariance = mixed->covariance;
+    found.step_precision = mixed->precision;
     found.mismatch = found.covariance * reduced->mismatch;
     found.acceleration_variance = mixed->acceleration_variance;
     // The way is that of a tangent: where it leads astray it is cut short.

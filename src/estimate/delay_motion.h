@@ -19,6 +19,7 @@ struct DelayMotion {
                                ///< free, and the steps
   Eigen::MatrixXd covariance;  ///< by the blocks' own sigmas times the root of `noise_factor`
   Eigen::VectorXd mismatch;    ///< one sigma of what unlike angular responses do to `known`
+  double step_precision = 0.0;         ///< of the prior on a step
   double acceleration_variance = 1.0;  ///< of the prior at the reference
   double noise_factor = 1.0;  ///< of the variance, by which the blocks' own sigmas fall short
 };
