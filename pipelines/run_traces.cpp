@@ -22,6 +22,12 @@ void count_rejected(const PowerTrace& trace, const std::string& file, RunSummary
     summary.warnings.push_back(file + ": " + std::to_string(samples) + " samples of " +
                                trace.photodiode_id + " left out: " + reason);
   }
+  if (trace.switched_w > 0.0)
+    summary.warnings.push_back(file +
+                               ": light that was switched on and off before several "
+                               "photodiodes at once was taken out of " +
+                               trace.photodiode_id + ", up to " + number_text(trace.switched_w) +
+                               " W");
 }
 
 // One clock stamps all photodiodes of a file.
@@ -53,7 +59,8 @@ void count_gaps(const PowerTrace& trace, const std::string& file, RunSummary& su
     summary.warnings.push_back(
         file + ": " + std::to_string(gaps) + " gaps in " + trace.photodiode_id +
         ", the longest of " + fixed_text(longest_s, 3) +
-        " s after t_s = " + number_text(longest_at_s) + "; nothing is assumed there");
+        " s after t_s = " + number_text(longest_at_s) + "; nothing is assumed there" +
+        (trace.rejected.empty() ? "" : " (samples that were left out are among them)"));
 }
 
 // A photodiode that has no light to tell of must not stop the others.

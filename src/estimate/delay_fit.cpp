@@ -356,6 +356,7 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   fit.sigma_factor =
       std::sqrt(std::max(motion.noise_factor, variance_factor(rows, residuals, unknowns)));
   fit.pieces = known.pieces();
+  fit.common_lights = static_cast<int>(rows.common.size());
   const double steady_chi2 = found.steady_model(problem).residuals(known.value).squaredNorm();
   fit.wander_chi2 = (steady_chi2 - residuals.squaredNorm()) / motion.noise_factor;
   fit.mean_acceleration_mps2 = (model.motion_at(motion.value, steps_s.back()).speed_mps -

@@ -55,8 +55,9 @@ struct DelayFit {
   double gain_chi2 = 0.0;     ///< by how much the gain strains what was said of it
   double chi2_per_dof = 0.0;  ///< by the blocks' own sigmas
   double sigma_factor =
-      1.0;         ///< by which scatter and correlation of the residuals widened the sigma
-  int pieces = 0;  ///< of the curve fitted to the pulse
+      1.0;                ///< by which scatter and correlation of the residuals widened the sigma
+  int pieces = 0;         ///< of the curve fitted to the pulse
+  int common_lights = 0;  ///< steps of light without delay beside it
   /// By how much chi-square falls once the acceleration may wander, in units of the noise.
   double wander_chi2 = 0.0;
   double mean_acceleration_mps2 = 0.0;  ///< over the light
@@ -69,7 +70,8 @@ struct DelayFit {
 /// many pieces as the data ask for. The acceleration, of which 0 +- 1.5 m/s^2 is known beforehand,
 /// may wander while the light lasts. Where the ratio of gains is uncertain, a mismatch that grows
 /// with the angle off the road is allowed for: of the same size at 0.35 rad. A gain that strains
-/// what was said of it is taken to be known five times worse, and the mismatch with it.
+/// what was said of it is taken to be known five times worse, and the mismatch with it. Light that
+/// comes or goes on both at once, fainter than the vehicle's, is fitted beside it: follow().
 /// Misses: too_few_samples, below_noise, not_converged, bad_fit (the pulses are not alike),
 /// too_uncertain (the delay is not told from none), sensors_contradict (a gain unlike what was
 /// said).

@@ -154,6 +154,7 @@ Outcome<KnownLight> light_of_pass(const SeenPass& seen, const Site& site, const 
 struct Found {
   MethodResult row;
   std::optional<double> range_m, acceleration_mps2, chi2_per_dof;
+  bool beside_others = false;  ///< whether light without delay was told apart
 };
 
 Found power_method(Method method, const Outcome<KnownLight>& light, PowerSeries VehicleLight::*part,
@@ -183,6 +184,7 @@ Found delay_method(const SeenPass& seen, const Site& site, std::span<const Power
   if (const auto* fit = std::get_if<DelayFit>(&outcome)) {
     found.acceleration_mps2 = fit->acceleration_mps2;
     found.chi2_per_dof = fit->chi2_per_dof;
+    found.beside_others = fit->common_lights > 0;
   }
   return found;
 }
@@ -286,6 +288,10 @@ void stand_by_surest(const std::vector<Found>& methods, VehicleResult& result) {
   result.method = surest->row.method;
   result.speed = std::get<SpeedEstimate>(surest->row.speed);
   result.n_pd_samples = surest->row.samples;
+  if (surest->beside_others)
+    result.warnings.push_back(
+        "light of other lamps came or went on both photodiodes at once while the vehicle passed: "
+        "the delay is of what came to one after the other; power_slope and ml_photodiode are not");
   if (too_fast(result.speed)) {
     result.withheld = Miss::outside_model;
     result.warnings.push_back(warning_of_too_fast(result.method, result.speed));
