@@ -26,8 +26,8 @@ void count_rejected(const PowerTrace& trace, const std::string& file, RunSummary
     summary.warnings.push_back(file +
                                ": light that was switched on and off before several "
                                "photodiodes at once was taken out of " +
-                               trace.photodiode_id + ", up to " + number_text(trace.switched_w) +
-                               " W");
+                               trace.photodiode_id + ", up to " +
+                               fixed_text(1e9 * trace.switched_w, 1) + " nW");
 }
 
 // One clock stamps all photodiodes of a file.
