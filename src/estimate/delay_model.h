@@ -25,10 +25,11 @@ enum DelayParameter : int {
 /// Light that both photodiodes receive more of, or less, from one time on, without delay: of
 /// another lamp that comes on or goes out. A smooth step.
 struct CommonLight {
-  double tau_s = 0.0,
-         width_s = 1.0;  ///< its middle, from the reference; 84 % of it within as much on each side
+  double tau_s = 0.0;    ///< its middle, from the reference
+  double width_s = 1.0;  ///< on each side of it within which 84 % of the step lie
 
-  double share(double tau_s) const;
+  /// How much of it is there at a time from the reference, 0 to 1.
+  double share(double at_tau_s) const;
 };
 
 /// Blocks of both sides in power units, times from the reference.
@@ -44,7 +45,7 @@ struct DelayRows {
   double first_s = 0.0, last_s = 0.0;  ///< of the rows, from the reference
   double last_far_s = 0.0;             ///< of the far rows
   double block_s = 0.0;                ///< over which a row is the mean
-  std::vector<CommonLight> common;
+  std::vector<CommonLight> common;     ///< beside the vehicle's, of powers that are to be found
 };
 
 /// Least squares of both pulses on one curve. Priors are included but for that on the sizes of the
@@ -92,6 +93,7 @@ class DelayModel {
   void put_line(const DelayRows::Row& row, const Eigen::VectorXd& value, Line& line) const;
   /// Of each common light, on the near and the far side.
   std::vector<std::array<double, 2>> common_powers(const Eigen::VectorXd& value) const;
+  /// Their sum in a row.
   double common_light(const DelayRows::Row& row, const Eigen::VectorXd& value) const;
   /// Whether the vehicle never stands still or turns round, as a curve over its way demands.
   bool drives_on(const Eigen::VectorXd& value) const;
