@@ -13,13 +13,13 @@ namespace {
 
 // A lamp of flux 100 that comes nearer, and its image on a wet road.
 Lamps lamp_and_image(const scene::OneCar& road, std::int64_t frames, double image_flux,
-                     const PixelBox& image_box, bool casts_image) {
+                     const PixelBox& image_box, bool casts_image, double image_m = -0.68) {
   Lamps lamps;
   for (const bool image : {false, true})
     for (std::int64_t frame = 0; frame < frames; ++frame) {
       Blob blob;
       blob.centre_px = *road.camera.project(
-          {70.0 - 0.5 * static_cast<double>(frame), -4.0, image ? -0.68 : 0.68});
+          {70.0 - 0.5 * static_cast<double>(frame), -4.0, image ? image_m : 0.68});
       blob.flux = image ? image_flux : 100.0;
       blob.box = image ? image_box : PixelBox{0, 0, 4, 4};
       blob.kind = LampKind::headlamp;
@@ -58,6 +58,20 @@ TEST(LookAlikes, AnImageMayHaveMoreLightThanItsLampButNoBrighterPixel) {
     note_look_alikes(lamps, {}, {}, road.view, kFrames - 1);
     EXPECT_EQ(lamps[1]->mirrored.share() > 0.5, drawn_out);
     EXPECT_EQ(lamps[0]->mirrored.share(), 0.0);
+  }
+}
+
+// The road draws images out toward the viewer, to more than three lamp heights below a lamp; what
+// is there and as small as a lamp is one.
+TEST(LookAlikes, ADrawnOutImageMayStandFartherBelowItsLampThanAMirrorShowsIt) {
+  constexpr double kBelow_m = 3.05 * 0.68, kFaint = 50.0;
+  const scene::OneCar road;
+  constexpr std::int64_t kFrames = 10;
+  for (const int height_px : {4, 14}) {
+    const Lamps lamps =
+        lamp_and_image(road, kFrames, kFaint, {0, 0, 4, height_px}, false, 0.68 - kBelow_m);
+    note_look_alikes(lamps, {}, {}, road.view, kFrames - 1);
+    EXPECT_EQ(lamps[1]->mirrored.share() > 0.5, height_px > 4) << height_px;
   }
 }
 
