@@ -98,14 +98,22 @@ bool is_alike(const Eigen::Vector2d& power) {
          power.cwiseAbs().minCoeff() > kLeast * power.cwiseAbs().maxCoeff();
 }
 
+// What noise alone exceeds for one vehicle in five hundred. An acceleration that wanders does so
+// between its steps, too, and passes for light.
+double clear_chi2(const LightFit& fit) {
+  constexpr double kClear = 25.0, kWanders_mps2 = 0.5;
+  const double wanders_mps2 = fit.step_precision > 0.0 ? 1.0 / std::sqrt(fit.step_precision) : 0.0;
+  return kClear * (1.0 + wanders_mps2 / kWanders_mps2);
+}
+
 }  // namespace
 
 std::optional<FoundLight> find_common_light(const DelayModel& model, const DelayRows& rows,
                                             const LightFit& fit) {
   constexpr std::array kWidths_s{0.005, 0.012, 0.03, 0.07};
-  constexpr double kClearChi2 = 25.0;  // noise alone: one vehicle in five hundred
+  const double least_chi2 = clear_chi2(fit);
   const Tangent near = tangent(model, rows, fit);
-  FoundLight best{{}, kClearChi2};
+  FoundLight best{{}, least_chi2};
   for (const double width_s : kWidths_s) {
     const double apart_s = std::max(0.5 * width_s, rows.block_s);
     for (double tau_s = rows.first_s; tau_s < rows.last_s; tau_s += apart_s) {
@@ -115,7 +123,7 @@ std::optional<FoundLight> find_common_light(const DelayModel& model, const Delay
       if (chi2 > best.chi2 && is_alike(found.power)) best = {light, chi2};
     }
   }
-  return best.chi2 > kClearChi2 ? std::optional(best) : std::nullopt;
+  return best.chi2 > least_chi2 ? std::optional(best) : std::nullopt;
 }
 
 }  // namespace vildar

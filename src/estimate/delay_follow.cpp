@@ -22,13 +22,21 @@ Outcome<Followed> follow_beside(const DelayProblem& problem, DelayRows rows, dou
   return found;
 }
 
-// The next, by the rows' own sigmas: a curve that is too stiff for it made them grow.
+// The next, by the rows' own sigmas: a curve that is too stiff for it, or for how the vehicle
+// moves, made them grow.
 std::optional<FoundLight> common_light_beside(const DelayProblem& problem, const DelayRows& rows,
                                               const Followed& found) {
   const DelayModel model(problem, rows, CubicSpline(found.steady.breaks), found.steps_s);
-  return find_common_light(model, rows,
-                           {found.motion.value, true, found.motion.step_precision,
-                            found.motion.noise_factor, problem.log_ratio});
+  DelayMotion motion = found.motion;
+  if (!std::ranges::equal(rows.rows, found.rows.rows, {}, &DelayRows::Row::sigma,
+                          &DelayRows::Row::sigma)) {
+    auto again = find_delay_motion(model, rows, found.steps_s, found.steady.value);
+    if (!again) return std::nullopt;
+    motion = std::move(*again);
+  }
+  return find_common_light(
+      model, rows,
+      {motion.value, true, motion.step_precision, motion.noise_factor, problem.log_ratio});
 }
 
 bool own_light_prevails(const DelayProblem& problem, const Followed& found) {
