@@ -60,7 +60,7 @@ void count_gaps(const PowerTrace& trace, const std::string& file, RunSummary& su
         file + ": " + std::to_string(gaps) + " gaps in " + trace.photodiode_id +
         ", the longest of " + fixed_text(longest_s, 3) +
         " s after t_s = " + number_text(longest_at_s) + "; nothing is assumed there" +
-        (trace.rejected.empty() ? "" : " (samples that were left out are among them)"));
+        (trace.rejected.empty() ? "" : " (samples that were left out may be among them)"));
 }
 
 // A photodiode that has no light to tell of must not stop the others.
