@@ -3,6 +3,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "core/camera_rate.h"
+
 namespace vildar {
 
 void EvenStamps::add(std::int64_t frame, CameraTime time) {
@@ -34,8 +36,13 @@ std::optional<Retiming> retiming_of(const EvenStamps& stamps, std::span<const st
                                     std::span<const std::int64_t> after_gaps) {
   if (!stamps.even()) return std::nullopt;
   auto change = RateChange::by_repeats(repeats);
-  if (!change) change = RateChange::by_gaps(after_gaps);
-  if (!change) return std::nullopt;
+  if (change) return Retiming{*change, stamps.first_s(), stamps.frame_s()};
+  // Frames of a recorder under load may be missing as regularly, and the stamps go on as if none
+  // were.
+  constexpr double kOff = 0.004;
+  change = RateChange::by_gaps(after_gaps);
+  if (!change || !is_camera_rate(change->rate_factor() / stamps.frame_s(), kOff))
+    return std::nullopt;
   return Retiming{*change, stamps.first_s(), stamps.frame_s()};
 }
 

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/camera_rate.h"
 #include "core/median.h"
 #include "core/robust_line.h"
 
@@ -79,6 +80,10 @@ std::int64_t FrameSteps::Tally::unfilled() const {
 // Nearly all jumps at one remainder, or at two neighbouring ones where the period slips, and a jump
 // in most of the steps there.
 bool FrameSteps::Tally::regular() const {
+  constexpr double kOff = 0.04;  // by how much few jumps mistake the rate
+  const double taken_hz =
+      (1.0 + static_cast<double>(jumps) / static_cast<double>(judged)) / frame_s;
+  if (!is_camera_rate(taken_hz, kOff)) return false;
   constexpr double kNearlyAll = 0.8, kMost = 0.5;
   for (std::size_t period = 2; period < jumps_at.size(); ++period)
     for (std::size_t at = 0; at < period; ++at) {
@@ -128,6 +133,7 @@ void FrameSteps::Evidence::count_in(Tally& tally, std::int64_t frame) const {
 void FrameSteps::add(const VehicleTrack& track) {
   for (const auto side : {&VehicleSighting::left, &VehicleSighting::right}) {
     const std::vector<Step> steps = steps_of(track, side);
+    if (frame_s_ == 0.0 && !steps.empty()) frame_s_ = steps.front().duration_s;
     for (std::size_t i = 0; i < steps.size(); ++i) {
       if (steps[i].frame < first_kept_) continue;
       const auto velocity = velocity_at(steps, i);
@@ -148,6 +154,7 @@ void FrameSteps::add(const VehicleTrack& track) {
 
 FrameSteps::Tally FrameSteps::between(std::int64_t first, std::int64_t last) const {
   Tally tally;
+  tally.frame_s = frame_s_;
   for (auto at = steps_.lower_bound(first); at != steps_.end() && at->first < last; ++at)
     at->second.count_in(tally, at->first);
   return tally;
@@ -155,6 +162,7 @@ FrameSteps::Tally FrameSteps::between(std::int64_t first, std::int64_t last) con
 
 FrameSteps::Tally FrameSteps::all() const {
   Tally tally = forgotten_;
+  tally.frame_s = frame_s_;
   for (const auto& [frame, evidence] : steps_) evidence.count_in(tally, frame);
   return tally;
 }

@@ -31,10 +31,11 @@ class FrameSteps {
     /// Steps judged and jumps by frame number modulo a period: at [period][remainder].
     using ByRemainder = std::array<std::array<std::int64_t, 17>, 17>;
     ByRemainder judged_at{}, jumps_at{};
+    double frame_s = 0.0;  ///< from one frame to the next, as stamped
 
     /// Frames that are missing for which no frame was shown twice; 0 where jumps do not stand out
-    /// of what is odd, or come as regularly as where a clip was given another rate: then its stamps
-    /// are right on the whole.
+    /// of what is odd, or come as regularly as where a clip of a camera's rate was given another:
+    /// then its stamps are right on the whole.
     std::int64_t unfilled() const;
 
    private:
@@ -64,6 +65,7 @@ class FrameSteps {
   };
   std::map<std::int64_t, Evidence> steps_;  ///< by the frame that they start from
   Tally forgotten_;
+  double frame_s_ = 0.0;
   std::int64_t first_kept_ = 0;
 };
 

@@ -119,6 +119,17 @@ TEST(FrameSteps, AClipGivenAnotherRateHasItsTime) {
   EXPECT_EQ(clip.steps().all().unfilled(), 0);
 }
 
+// One in eight or five left out gives no rate that a camera has.
+TEST(FrameSteps, FramesMissingRegularlyAreMissing) {
+  for (const int each : {8, 5}) {
+    Clip clip(0.02);
+    int shown = 0;
+    for (int i = 0; i < 68; ++i)
+      if (i % each != each - 1) clip.show(i / kRate_hz, shown++ / kRate_hz);
+    EXPECT_NEAR(clip.steps().missing_share(0, shown - 1), 1.0 / (each - 1), 0.05) << each;
+  }
+}
+
 TEST(FrameSteps, ACameraThatShakesLosesNoFrames) {
   Clip clip(0.1);
   std::normal_distribution<double> shift_px(0.0, 0.3);
