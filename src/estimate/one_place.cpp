@@ -318,16 +318,23 @@ bool mirrors(const VehicleEstimate& lower, const VehicleEstimate& source, double
   constexpr double kLeast_m = 0.3, kSlack = 1.15, kAside_m = 0.35, kNearer = 1.3;
   constexpr double kMostBack_m = 2.0, kDrawnOutBack_m = 3.5;
   const auto line = keeps_in_line(source, lower, over_lamps_m);
-  if (!line || line->nearer < kNearer) return false;
-  // A streak of light that clips has more of it than the lamp, over more pixels, and its middle is
-  // anywhere along it.
-  const double most_back_m = line->drawn_out ? kDrawnOutBack_m : kMostBack_m;
-  if (!(line->brighter > 1.0 || line->drawn_out) || std::abs(line->mean_off_m) > kAside_m ||
-      std::abs(line->back_m) > most_back_m)
-    return false;
+  if (!line) return false;
   // The image of a smooth road stands as far below the road as the lamp above it; a rough road
   // draws it out upward.
   const double image_m = 2.0 * lamp_height_m * over_lamps_m / (over_lamps_m + 2.0 * lamp_height_m);
+  // A beam that shines down on a wet road and not up to a mast has an image brighter than its lamp:
+  // it is right where that stands, and as wide. So high over a car's headlamps is no roof.
+  constexpr double kOfImage = 0.25, kOfWidth = 0.05, kRightBelow_m = 0.5;
+  const bool right_below = std::abs(line->over_m - image_m) < kOfImage * image_m &&
+                           std::abs(line->width / line->factor - 1.0) < kOfWidth &&
+                           std::abs(line->back_m) < kRightBelow_m;
+  if (line->nearer < kNearer && !right_below) return false;
+  // A streak of light that clips has more of it than the lamp, over more pixels, and its middle is
+  // anywhere along it.
+  const double most_back_m = line->drawn_out ? kDrawnOutBack_m : kMostBack_m;
+  if (!(line->brighter > 1.0 || line->drawn_out || right_below) ||
+      std::abs(line->mean_off_m) > kAside_m || std::abs(line->back_m) > most_back_m)
+    return false;
   return line->over_m > kLeast_m && line->over_m < kSlack * image_m;
 }
 
