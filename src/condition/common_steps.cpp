@@ -119,7 +119,7 @@ CommonStep step_in(const std::vector<Steps>& traces, const std::vector<Metres>& 
     const bool shared = std::ranges::any_of(along, [&](const Metres& other) {
       const auto k = static_cast<std::size_t>(&other - along.data());
       return std::abs(other.value() - along[i].value()) >= kApart_m &&
-             step.height_w[k] * step.height_w[i] > 0.0;
+             step.height_w[k] * step.height_w[i] != 0.0;
     });
     if (shared) step.worth += std::abs(step.height_w[i]) / traces[i].least_w();
   }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "condition/coming_again.h"
 #include "condition/condition.h"
 #include "condition/noise.h"
 #include "condition/sliding.h"
@@ -218,7 +219,9 @@ std::vector<PowerPass> find_passes(const PowerTrace& trace) {
     for (const Stretch& part : parts_of(light, whole)) {
       PowerPass pass = pass_of(light, part);
       pass.photodiode = trace.photodiode;
-      if (pass.to_s - pass.from_s >= kShortest_s) passes.push_back(pass);
+      if (pass.to_s - pass.from_s < kShortest_s) continue;
+      pass.comes_again_s = comes_again_after_s(trace, pass.from_s, pass.to_s).value_or(0.0);
+      passes.push_back(pass);
     }
   }
   return passes;

@@ -351,20 +351,26 @@ VehicleResult estimate_pass(const PowerPass& found, int pass_number, const Site&
     result.warnings.push_back(
         "its light stays the same for a while: the vehicle stands, and the power laws are of one "
         "that drives steadily; a camera measures it where it drives");
+  const bool flashes = !pulsed && found.comes_again_s > 0.0;
+  if (flashes)
+    result.warnings.push_back("the same light comes every " + fixed_text(found.comes_again_s, 2) +
+                              " s: lamps that flash or turn, no vehicle");
   if (pass.cut_off)
     result.warnings.push_back(
         "the record ends or stops before the vehicle is past: the light of others behind it is not "
         "known");
-  const auto light = pulsed || stops ? Outcome<KnownLight>(Miss::outside_model)
-                                     : light_of_pass(seen, site, abreast, result.warnings);
+  const auto light = pulsed || stops || flashes
+                         ? Outcome<KnownLight>(Miss::outside_model)
+                         : light_of_pass(seen, site, abreast, result.warnings);
   std::vector<Found> methods{
       power_method(curved ? Method::curved_angle_photodiode : Method::power_slope_photodiode, light,
                    &VehicleLight::cleared, power_speed),
       power_method(Method::ml_photodiode, light, &VehicleLight::series, ml_speed)};
   if (traces.size() > 1)
     methods.push_back(
-        pulsed ? Found{{Method::delay_photodiodes, Miss::outside_model, 0, ""}, {}, {}, {}}
-               : delay_method(seen, site, traces, abreast.lanes.size()));
+        pulsed || flashes
+            ? Found{{Method::delay_photodiodes, Miss::outside_model, 0, ""}, {}, {}, {}}
+            : delay_method(seen, site, traces, abreast.lanes.size()));
   const bool clipped = mostly_clipped(pass, trace);
   for (Found& one : methods)
     if (const Miss* miss = std::get_if<Miss>(&one.row.speed);

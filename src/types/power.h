@@ -99,6 +99,8 @@ struct PowerPass {
       0.0;  ///< light that is left, above ambient, once this vehicle is past: of others
   bool cut_off = false;  ///< the record ends before it is past: others_w is not known
   int photodiode = 0;    ///< whose light it was found in: index in the site
+  /// After how long the same light comes again and again, of lamps that flash; 0: not.
+  double comes_again_s = 0.0;
 };
 
 }  // namespace vildar

@@ -70,6 +70,30 @@ TEST(CommonSteps, WhatIsSwitchedOnAndOffGoes) {
   }
 }
 
+// Each nearer to one of the two, as at a level crossing: what leaves the one comes to the other.
+TEST(CommonSteps, LampsThatShineInTurnGo) {
+  const std::vector<PowerTrace> clean = passed_by(1000.0);
+  std::vector<PowerTrace> traces = clean;
+  for (int k = 0; k < 9; ++k) {
+    switch_on(traces, 0.2 + k, 0.7 + k, 2e-8, {1.0, 0.4});
+    switch_on(traces, 0.7 + k, 1.2 + k, 2e-8, {0.3, 1.0});
+  }
+  const double before_w = most_off_w(traces[0], clean[0]);
+  remove_common_steps(traces, kTwoMetres);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_GT(traces[i].switched_w, 1e-8);
+    double lowest_w = INFINITY, highest_w = -INFINITY;
+    for (std::size_t k = 0, of = 0; k < traces[i].power_w.size(); ++k, ++of) {
+      while (clean[i].time_s[of] != traces[i].time_s[k]) ++of;
+      const double off_w = static_cast<double>(traces[i].power_w[k]) - clean[i].power_w[of];
+      if (traces[i].time_s[k] < 0.7 || traces[i].time_s[k] > 8.2) continue;
+      lowest_w = std::min(lowest_w, off_w);
+      highest_w = std::max(highest_w, off_w);
+    }
+    EXPECT_LT(highest_w - lowest_w, 0.25 * before_w) << i;  // a constant light may stay
+  }
+}
+
 TEST(CommonSteps, WhatWasOnAtFirstAndGoesOutForAWhileStays) {
   const std::vector<PowerTrace> clean = passed_by(1000.0);
   std::vector<PowerTrace> lit = clean, traces = clean;
