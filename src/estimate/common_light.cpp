@@ -11,7 +11,8 @@ namespace vildar {
 namespace {
 
 // A fit near its optimum, as linear in all its unknowns and in how unlike the photodiodes are: of
-// their gains nothing is known, and the mismatch of their angles is the last unknown.
+// their gains and angles little is known, and what they receive unlike where they stand is the last
+// unknown.
 struct Tangent {
   std::vector<int> moved;
   Eigen::LDLT<Eigen::MatrixXd> information;
@@ -34,22 +35,25 @@ Tangent tangent(const DelayModel& model, const DelayRows& rows, const LightFit& 
     gradient[k] += fit.step_precision * fit.value[k];
   }
   constexpr double kGainStd = 0.3, kMostMismatch = 5.0;  // of a logarithm; of its sigma
-  const Uncertain& said = fit.log_ratio;
-  if (said.std > 0.0) {
-    information(kLogFarGain, kLogFarGain) -= 1.0 / (said.std * said.std);
-    gradient[kLogFarGain] -= (fit.value[kLogFarGain] - said.mean) / (said.std * said.std);
-  }
-  if (std::ranges::find(found.moved, kLogFarGain) == found.moved.end())
-    found.moved.push_back(kLogFarGain);
-  information(kLogFarGain, kLogFarGain) += 1.0 / (kGainStd * kGainStd);
+  const auto free = [&](int parameter, const Uncertain& said, double std) {
+    if (said.std > 0.0) {
+      information(parameter, parameter) -= 1.0 / (said.std * said.std);
+      gradient[parameter] -= (fit.value[parameter] - said.mean) / (said.std * said.std);
+    }
+    if (std::ranges::find(found.moved, parameter) == found.moved.end())
+      found.moved.push_back(parameter);
+    information(parameter, parameter) += 1.0 / (std * std);
+  };
+  free(kLogFarGain, fit.log_ratio, kGainStd);
+  for (const int parameter : {kMismatch, kBend, kOrder}) free(parameter, {0.0, 1.0}, kMostMismatch);
   found.moved.push_back(unlike);
   information(unlike, unlike) += 1.0 / (kMostMismatch * kMostMismatch);
-  information.col(unlike).head(unlike) = point.mismatch;
-  information.row(unlike).head(unlike) = point.mismatch.transpose();
+  information.col(unlike).head(unlike) = point.doubt;
+  information.row(unlike).head(unlike) = point.doubt.transpose();
   for (const DelayRows::Row& row : rows.rows) {
     DelayModel::Line& line = found.lines.emplace_back();
     model.put_line(row, fit.value, line);
-    const double slope = line.light * row.mismatch, weight = 1.0 / (row.sigma * row.sigma);
+    const double slope = line.light * row.doubt, weight = 1.0 / (row.sigma * row.sigma);
     line.terms.push_back({unlike, slope});
     information(unlike, unlike) += weight * slope * slope;
     gradient[unlike] += weight * slope * line.beyond;

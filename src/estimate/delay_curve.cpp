@@ -39,10 +39,28 @@ std::optional<DelayCurve> fit_pieces(const DelayProblem& problem, const DelayRow
   const DelayModel model(problem, rows, CubicSpline(breaks));
   Eigen::VectorXd start = model.start(delay_s);
   if (known.size() > 0) start.head<kDelayParameters>() = known.head<kDelayParameters>();
-  DelayModel::Point point = model.minimise(start, false, 1);
-  point = model.minimise(point.value, true, kMostIterations);
-  if (!point.converged) return std::nullopt;
-  DelayCurve found{std::move(point.value), std::move(breaks)};
+  // A mismatch that is to be found and an acceleration trade: each is tried first without the
+  // other.
+  std::vector<std::vector<int>> holds{{}};
+  if (model.finds_mismatch())
+    holds = {{kMismatch, kBend, kOrder}, {kAlpha}, {kLogFarGain, kMismatch, kBend, kOrder}};
+  std::vector<DelayModel::Point> optima;
+  for (const std::vector<int>& held : holds) {
+    Eigen::VectorXd value = start;
+    value(held).setZero();
+    if (std::ranges::count(held, kLogFarGain) > 0) value[kLogFarGain] = problem.log_ratio.mean;
+    value = model.minimise(value, false, 1).value;
+    if (!held.empty()) value = model.minimise(value, true, kMostIterations, held).value;
+    DelayModel::Point there = model.minimise(value, true, kMostIterations);
+    if (there.converged) optima.push_back(std::move(there));
+  }
+  if (optima.empty()) return std::nullopt;
+  std::ranges::sort(optima, {}, &DelayModel::Point::cost);
+  DelayCurve found{
+      .value = std::move(optima.front().value), .breaks = std::move(breaks), .others = {}};
+  for (std::size_t k = 1; k < optima.size(); ++k)
+    found.others.push_back(
+        {std::move(optima[k].value), 2.0 * (optima[k].cost - optima.front().cost)});
   found.criterion = model.residuals(found.value).squaredNorm() + 2.0 * found.pieces();
   return found;
 }

@@ -13,6 +13,11 @@ namespace vildar {
 struct DelayCurve {
   Eigen::VectorXd value;  ///< of DelayModel
   std::vector<double> breaks;
+  struct Other {
+    Eigen::VectorXd value;
+    double more_chi2 = 0.0;
+  };
+  std::vector<Other> others;    ///< optima that explain the light less well
   double criterion = INFINITY;  ///< Akaike's
 
   int pieces() const { return static_cast<int>(breaks.size()) - 1; }

@@ -85,11 +85,17 @@ double ahead_at_m(const DelayProblem& problem, double speed_mps, double before_s
   return kEnd * problem.pose.perpendicular_m + speed_mps * std::max(0.0, before_s);
 }
 
+// Of the angle: an error that the speed may have, or found with it.
+enum class Mismatch { doubted, found };
+
 // What the far photodiode would have received as the near one does, and how well that is known, at
 // a constant speed. Its blocks become less sure by a part of the mismatch, which under wide angles
 // is larger than any noise; not by more than that of 1 %, or whatever is unlike would pass for it.
-DelayRows as_of_near(const DelayProblem& problem, double delay_s, DelayRows rows) {
+DelayRows as_of_near(const DelayProblem& problem, Mismatch mismatch, double delay_s,
+                     DelayRows rows) {
   constexpr double kCompared_rad = 0.35, kOfMismatch = 0.25, kLarge = 0.01;
+  constexpr double kBent = 0.4;              // of the mismatch
+  constexpr double kComparedSecant = 0.134;  // half of -ln cos of 0.7 rad
   const double d_m = problem.pose.perpendicular_m;
   const double speed_mps = problem.pose.baseline_m.mean / delay_s;
   const double passed_s = problem.far.passed_s - rows.reference_s;
@@ -105,7 +111,15 @@ DelayRows as_of_near(const DelayProblem& problem, double delay_s, DelayRows rows
     const double share = std::exp(-unlike.log_ratio);
     row.power = ambient + share * (row.power - ambient);
     row.root *= std::sqrt(share);
-    row.mismatch = problem.log_ratio.std * angle + unlike.doubt;
+    row.doubt = unlike.doubt;
+    if (mismatch == Mismatch::doubted) {
+      row.doubt += problem.log_ratio.std * angle;
+    } else {
+      row.mismatch = problem.log_ratio.std * angle;
+      row.bend = kBent * problem.log_ratio.std * angle * (angle - 1.0);
+      row.order =
+          problem.log_ratio.std * log_secant_at(problem.pose.off_axis, ahead_m) / kComparedSecant;
+    }
     const double light = row.root * row.root;
     row.sigma = std::hypot(share * row.sigma, counted(problem.log_ratio.std) * angle * light,
                            counted(unlike.doubt) * light);
@@ -192,7 +206,7 @@ void put_hardest(const DelayRows& rows, const DelayModel& model, const DelayMoti
     const Eigen::VectorXd slopes = motion.acceleration_slopes(found.known);
     const double doubt_mps2 =
         kSigmas * std::hypot(std::sqrt(widened * slopes.dot(found.covariance * slopes)),
-                             slopes.dot(found.mismatch));
+                             slopes.dot(found.doubt));
     fit.surely_brakes_mps2 =
         std::max(fit.surely_brakes_mps2, -motion.acceleration_mps2 - doubt_mps2);
     fit.surely_speeds_up_mps2 =
@@ -226,8 +240,10 @@ double drift_std_mps(const DelayProblem& problem, const DelayRows& rows, const D
 
 // Speed and acceleration with their covariance at that of the times asked for at which the speed is
 // known best.
-void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayModel& model,
-               const DelayMotion& found, DelayFit& fit) {
+void put_speed(const DelayProblem& problem, const Followed& followed, const DelayModel& model,
+               DelayFit& fit) {
+  const DelayRows& rows = followed.rows;
+  const DelayMotion& found = followed.motion;
   constexpr double kTwoSided95 = 1.959963984540054;
   const double baseline_share = problem.pose.baseline_m.std / problem.pose.baseline_m.mean;
   const double widened = fit.sigma_factor * fit.sigma_factor / found.noise_factor;
@@ -238,20 +254,6 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
   };
   const auto of_noise = [&](const Eigen::MatrixX2d& slopes) -> Eigen::Matrix2d {
     return widened * slopes.transpose() * found.covariance * slopes;
-  };
-  // Of a mismatch that is told by the acceleration, which vehicles seldom have so much of, more is
-  // there than its std.
-  const auto told_sigmas = [&](double tau_s, const Eigen::MatrixX2d& slopes) {
-    const double response = slopes.col(1).dot(found.mismatch);
-    const double acceleration = model.motion_at(found.value, tau_s).acceleration_mps2;
-    const double both = response * response + kAccelerationVariance_m2ps4;
-    const double mean = acceleration * response / both;
-    const double variance = kAccelerationVariance_m2ps4 / both;
-    return std::max(1.0, std::sqrt(mean * mean + variance));
-  };
-  const auto of_all = [&](double tau_s, const Eigen::MatrixX2d& slopes) -> Eigen::Matrix2d {
-    const Eigen::Vector2d unlike = told_sigmas(tau_s, slopes) * slopes.transpose() * found.mismatch;
-    return of_noise(slopes) + unlike * unlike.transpose();
   };
   const auto turned_mps = [&](double tau_s) {
     return kDelayAccelerationDoubt_mps2 * (rows.reference_s + tau_s - fit.surest_s);
@@ -269,25 +271,56 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
     }
     return surest_s;
   };
-  // The response to unlike angles passes zero at some time: that does not make the speed known
-  // there.
   fit.surest_s =
       rows.reference_s + surest_tau_s(rows.first_s, rows.last_s, [&](double, const auto& slopes) {
         return std::sqrt(of_noise(slopes)(0, 0));
       });
-  // How a mismatch goes with the angle is not known well enough to say when it leaves the speed
-  // alone: that may be in half as much time again before the end, or two thirds of it.
-  constexpr double kOfMismatch = 0.3, kElsewhere = 1.5;
+  const DelayModel steady = followed.steady_model(problem);
+  // Of the other optima: how a mismatch goes with the angle is not known well enough to let
+  // chi-square alone choose between them.
+  const auto of_optima = [&](double tau_s) -> Eigen::Matrix2d {
+    constexpr double kCounts = 0.1;  // of chi-square, where all is known a half
+    const auto at = [&](const Eigen::VectorXd& value) {
+      const DelayModel::Motion motion = steady.motion_at(value, tau_s);
+      return Eigen::Vector2d(motion.speed_mps, motion.acceleration_mps2);
+    };
+    const Eigen::Vector2d here = at(followed.steady.value);
+    Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
+    double weights = 1.0;
+    for (const DelayCurve::Other& other : followed.steady.others) {
+      const double weight = std::exp(-kCounts * other.more_chi2 / found.noise_factor);
+      const Eigen::Vector2d apart = at(other.value) - here;
+      weights += weight;
+      sum += weight * apart * apart.transpose();
+    }
+    return sum / weights;
+  };
+  // What they receive unlike where they stand: of that which the acceleration tells, which vehicles
+  // seldom have so much of, more is there than its std.
+  const auto told_sigmas = [&](double tau_s, const Eigen::MatrixX2d& slopes) {
+    const double response = slopes.col(1).dot(found.doubt);
+    const double acceleration = model.motion_at(found.value, tau_s).acceleration_mps2;
+    const double both = response * response + kAccelerationVariance_m2ps4;
+    const double mean = acceleration * response / both;
+    const double variance = kAccelerationVariance_m2ps4 / both;
+    return std::max(1.0, std::sqrt(mean * mean + variance));
+  };
+  const auto of_all = [&](double tau_s, const Eigen::MatrixX2d& slopes) -> Eigen::Matrix2d {
+    const Eigen::Vector2d unlike = told_sigmas(tau_s, slopes) * slopes.transpose() * found.doubt;
+    return of_noise(slopes) + of_optima(tau_s) + unlike * unlike.transpose();
+  };
+  // How it goes with the angle is not known well enough to say when it leaves the speed alone: that
+  // may be in half as much time again before the end, or two thirds of it.
+  constexpr double kOfDoubt = 0.3, kElsewhere = 1.5;
   const auto unlike_mps = [&](double tau_s) {
     double most_mps = 0.0;
     for (const double share : {1.0 / kElsewhere, kElsewhere}) {
       const double at_s = std::max(rows.first_s, rows.last_s - share * (rows.last_s - tau_s));
       most_mps = std::max(
           most_mps,
-          std::abs(
-              model.motion_at(found.value, at_s).speed_slopes(found.known).dot(found.mismatch)));
+          std::abs(model.motion_at(found.value, at_s).speed_slopes(found.known).dot(found.doubt)));
     }
-    return kOfMismatch * most_mps;
+    return kOfDoubt * most_mps;
   };
   const auto std_mps = [&](double tau_s, const Eigen::MatrixX2d& slopes) {
     return std::hypot(std::sqrt(of_all(tau_s, slopes)(0, 0)), turned_mps(tau_s),
@@ -318,6 +351,9 @@ void put_speed(const DelayProblem& problem, const DelayRows& rows, const DelayMo
     for (const PowerBlock& block : side->blocks) speed.samples_used += block.samples;
 }
 
+// Of DelayFit::gain_chi2: one vehicle in twenty has more, and one in a thousand.
+constexpr double kDoubted = 4.0, kDenied = 10.8;
+
 constexpr Eigen::Index kGain = 2;  // among the known
 
 // Of the gain as fitted. From what was said of it data can lead as far as they took its variance
@@ -327,12 +363,15 @@ double gain_chi2(const Uncertain& log_ratio, const DelayMotion& found) {
   constexpr double kLeastTold = 0.2;  // of the variance: the covariance is a mean over wanders
   const double variance = log_ratio.std * log_ratio.std;
   const double told = std::max(kLeastTold * variance, variance - found.covariance(kGain, kGain));
-  return std::pow(found.value[kLogFarGain] - log_ratio.mean, 2) /
-         (told + std::pow(found.mismatch[kGain], 2));
+  constexpr double kOfOne = 0.66;  // of chi-square of three, where one's is as improbable
+  const double mismatch_chi2 = found.value.segment(kMismatch, 3).squaredNorm();
+  return std::max(std::pow(found.value[kLogFarGain] - log_ratio.mean, 2) /
+                      (told + std::pow(found.doubt[kGain], 2)),
+                  kOfOne * mismatch_chi2);
 }
 
 // Responses being as alike as the site says.
-Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
+Outcome<DelayFit> fit_as_stated(const DelayProblem& problem, Mismatch mismatch) {
   if (std::min(problem.near.blocks.size(), problem.far.blocks.size()) < kFewestBlocks)
     return Miss::too_few_samples;
   const DelayRows measured = rows_of(problem);
@@ -340,9 +379,9 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   double delay_s = scan_delay_s(problem, measured);
   if (!(delay_s > 0.0)) return Miss::too_few_samples;
   if (!problem.pose.unlike.empty())
-    delay_s = scan_delay_s(problem, as_of_near(problem, delay_s, measured));
+    delay_s = scan_delay_s(problem, as_of_near(problem, mismatch, delay_s, measured));
   if (!(delay_s > 0.0)) return Miss::too_few_samples;
-  const auto outcome = follow(problem, as_of_near(problem, delay_s, measured), delay_s);
+  const auto outcome = follow(problem, as_of_near(problem, mismatch, delay_s, measured), delay_s);
   if (const Miss* miss = std::get_if<Miss>(&outcome)) return *miss;
   const auto& found = std::get<Followed>(outcome);
   const auto& [rows, known, steps_s, motion, common_doubt] = found;
@@ -366,8 +405,7 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   put_hardest(rows, model, motion, fit);
   fit.log_ratio = motion.value[kLogFarGain];
   if (problem.log_ratio.std > 0.0)
-    fit.log_ratio_std =
-        std::hypot(std::sqrt(motion.covariance(kGain, kGain)), motion.mismatch[kGain]);
+    fit.log_ratio_std = std::hypot(std::sqrt(motion.covariance(kGain, kGain)), motion.doubt[kGain]);
 
   constexpr double kWorstMismatch = 0.03;  // rms of the light
   double error2 = 0.0, light2 = 0.0;
@@ -382,7 +420,7 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   constexpr double kMostPriorChi2 = 19.5;  // one in a hundred thousand
   if (rate_mps2 * rate_mps2 > kMostPriorChi2 * motion.acceleration_variance) return Miss::bad_fit;
   fit.gain_chi2 = gain_chi2(problem.log_ratio, motion);
-  put_speed(problem, rows, model, motion, fit);
+  put_speed(problem, found, model, fit);
   widen(fit, common_doubt * fit.speed.speed_mps);
   constexpr double kNoDelay = 0.3, kToldFromNone = 36.0, kBesideOthers = 200.0;  // of chi-square
   const double told = chi2_of_no_delay(problem, found) - residuals.squaredNorm();
@@ -393,17 +431,50 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem) {
   return fit;
 }
 
+// By how much `other` says another speed of the time of `fit`, and how well both know it.
+Uncertain apart_mps(const DelayFit& fit, const DelayFit& other) {
+  const double after_s = fit.speed.time_s - other.speed.time_s;
+  const Eigen::Vector2d slopes(1.0, after_s);
+  const double there_mps = other.speed.speed_mps + other.acceleration_mps2 * after_s;
+  return {there_mps - fit.speed.speed_mps,
+          std::sqrt(fit.covariance(0, 0) + slopes.dot(other.covariance * slopes))};
+}
+
+// A mismatch that is found leaves the speed surer, where it goes with the angle as it is taken to;
+// one that is doubted holds where it does not. The surer of the two stands, as far as both agree.
+Outcome<DelayFit> fit_both(const DelayProblem& problem) {
+  constexpr double kSigmas = 2.0, kOfAgreed = 0.5;
+  constexpr double kWanders = 15.0;  // of chi-square
+  const auto doubted = fit_as_stated(problem, Mismatch::doubted);
+  const auto* one = std::get_if<DelayFit>(&doubted);
+  if (!one || problem.log_ratio.std < kUnlikeStd) return doubted;
+  const auto found = fit_as_stated(problem, Mismatch::found);
+  const auto* other = std::get_if<DelayFit>(&found);
+  if (!other || other->wander_chi2 > kWanders) return doubted;
+  if (other->gain_chi2 > kDoubted) {
+    DelayFit fit = *one;
+    fit.gain_chi2 = std::max(fit.gain_chi2, other->gain_chi2);
+    return fit;
+  }
+  const bool surer = other->speed.std_mps < one->speed.std_mps;
+  DelayFit fit = surer ? *other : *one;
+  fit.surest_s = one->surest_s;
+  const Uncertain apart = apart_mps(fit, surer ? *one : *other);
+  const double off_mps = std::abs(apart.mean);
+  widen(fit, (off_mps < kSigmas * apart.std ? kOfAgreed : 1.0) * off_mps);
+  return fit;
+}
+
 }  // namespace
 
 Outcome<DelayFit> fit_delay(const DelayProblem& problem) {
-  auto outcome = fit_as_stated(problem);
+  auto outcome = fit_both(problem);
   const auto* fit = std::get_if<DelayFit>(&outcome);
-  constexpr double kDoubted = 4.0, kDenied = 10.8;  // one vehicle in twenty, in a thousand
   if (!fit || fit->gain_chi2 < kDoubted) return outcome;
   constexpr double kWorse = 5.0;
   DelayProblem doubted = problem;
   doubted.log_ratio.std *= kWorse;
-  outcome = fit_as_stated(doubted);
+  outcome = fit_as_stated(doubted, Mismatch::doubted);
   fit = std::get_if<DelayFit>(&outcome);
   if (fit && fit->gain_chi2 > kDenied) return Miss::sensors_contradict;
   return outcome;

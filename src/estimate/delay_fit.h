@@ -35,6 +35,10 @@ struct DelayProblem {
   double asked_from_s = -INFINITY, asked_to_s = INFINITY;
 };
 
+/// Of the ratio of gains: from here on what two photodiodes receive unlike matters more than noise,
+/// and is sought with the speed.
+constexpr double kUnlikeStd = 0.005;
+
 /// The shape of the far, faint part of the pulses, which tells the acceleration, is known less well
 /// than its noise says. This doubt of it turns the motion about DelayFit::surest_s.
 constexpr double kDelayAccelerationDoubt_mps2 = 0.3;

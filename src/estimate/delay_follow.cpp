@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
+
+#include <Eigen/Eigenvalues>
 
 #include "estimate/common_light.h"
 
@@ -58,6 +61,50 @@ bool own_light_prevails(const DelayProblem& problem, const Followed& found) {
   return !apart && std::max(most[0] - least[0], most[1] - least[1]) < own;
 }
 
+// How much more the far side receives where the near one receives one unit more, at once: total
+// least squares of what they receive at the same times.
+double ratio_at_once(const DelayRows& rows) {
+  const auto far = std::ranges::find(rows.rows, true, &DelayRows::Row::far);
+  const std::span<const DelayRows::Row> near_rows(rows.rows.begin(), far);
+  std::vector<Eigen::Vector2d> pairs;
+  for (const DelayRows::Row& row : std::ranges::subrange(far, rows.rows.end())) {
+    const auto after = std::ranges::upper_bound(near_rows, row.tau_s, {}, &DelayRows::Row::tau_s);
+    if (after == near_rows.begin() || after == near_rows.end()) continue;
+    const auto before = std::prev(after);
+    const double share = (row.tau_s - before->tau_s) / (after->tau_s - before->tau_s);
+    pairs.emplace_back(before->power + share * (after->power - before->power), row.power);
+  }
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& pair : pairs) mean += pair / static_cast<double>(pairs.size());
+  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
+  for (const Eigen::Vector2d& pair : pairs) scatter += (pair - mean) * (pair - mean).transpose();
+  const Eigen::Vector2d most =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(scatter).eigenvectors().col(1);
+  return most[1] / most[0];
+}
+
+double chi2_at_once(const DelayProblem& problem, const Followed& found, DelayRows rows) {
+  constexpr double kNone_s = 1e-6;
+  constexpr std::size_t kMoreLights = 3;
+  DelayProblem any_level = problem;
+  constexpr double kAnyLevel = 10.0;  // of the light
+  for (DelaySide* side : {&any_level.near, &any_level.far})
+    side->ambient_w.std = kAnyLevel * found.rows.unit_w;
+  rows.common.clear();
+  const std::size_t lights = found.rows.common.empty() ? 0 : found.rows.common.size() + kMoreLights;
+  for (;;) {
+    const DelayModel model(any_level, rows,
+                           CubicSpline(delay_breaks(rows, kNone_s, found.steady.pieces())));
+    const Eigen::VectorXd value = model.minimise(model.start(kNone_s), false, 1).value;
+    const auto next =
+        rows.common.size() < lights
+            ? find_common_light(model, rows, {value, false, 0.0, 1.0, problem.log_ratio})
+            : std::nullopt;
+    if (!next) return model.residuals(value).squaredNorm();
+    rows.common.push_back(next->light);
+  }
+}
+
 }  // namespace
 
 Outcome<Followed> follow(const DelayProblem& problem, const DelayRows& rows, double delay_s) {
@@ -82,24 +129,18 @@ Outcome<Followed> follow(const DelayProblem& problem, const DelayRows& rows, dou
 }
 
 double chi2_of_no_delay(const DelayProblem& problem, const Followed& found) {
-  constexpr double kNone_s = 1e-6;
-  constexpr std::size_t kMoreLights = 3;
-  DelayProblem any_level = problem;
-  for (DelaySide* side : {&any_level.near, &any_level.far}) side->ambient_w.std = found.rows.unit_w;
+  const double as_said = chi2_at_once(problem, found, found.rows);
+  const double ratio = ratio_at_once(found.rows);
+  if (!(std::abs(ratio) > 0.0) || !std::isfinite(ratio)) return as_said;
+  DelayProblem unlike = problem;
   DelayRows rows = found.rows;
-  rows.common.clear();
-  const std::size_t lights = found.rows.common.empty() ? 0 : found.rows.common.size() + kMoreLights;
-  for (;;) {
-    const DelayModel model(any_level, rows,
-                           CubicSpline(delay_breaks(rows, kNone_s, found.steady.pieces())));
-    const Eigen::VectorXd value = model.minimise(model.start(kNone_s), false, 1).value;
-    const auto next =
-        rows.common.size() < lights
-            ? find_common_light(model, rows, {value, false, 0.0, 1.0, problem.log_ratio})
-            : std::nullopt;
-    if (!next) return model.residuals(value).squaredNorm();
-    rows.common.push_back(next->light);
+  unlike.log_ratio.mean = std::log(std::abs(ratio));
+  if (ratio < 0.0) {
+    unlike.far.ambient_w.mean = -problem.far.ambient_w.mean;
+    for (DelayRows::Row& row : rows.rows)
+      if (row.far) row.power = -row.power;
   }
+  return std::min(as_said, chi2_at_once(unlike, found, std::move(rows)));
 }
 
 }  // namespace vildar

@@ -52,9 +52,15 @@ std::vector<int> DelayModel::free(bool move_delay) const {
   if (move_delay) {
     found.insert(found.end(), {kLogDelay, kAlpha});
     if (problem_.log_ratio.std > 0.0) found.push_back(kLogFarGain);
+    if (finds_mismatch()) found.insert(found.end(), {kMismatch, kBend, kOrder});
   }
   for (int k = kDelayParameters; k < first_step(); ++k) found.push_back(k);
   return found;
+}
+
+bool DelayModel::finds_mismatch() const {
+  return std::ranges::any_of(rows_.rows,
+                             [](const DelayRows::Row& row) { return row.mismatch > 0.0; });
 }
 
 double DelayModel::way_s(const DelayRows::Row& row, const Eigen::VectorXd& value) const {
@@ -92,7 +98,9 @@ DelayModel::Light DelayModel::light_of(const DelayRows::Row& row,
   Light found;
   found.by_log_delay = by_log_delay(row, value);
   found.local = curve_.at(row.tau_s * (1.0 + 0.5 * value[kAlpha] * row.tau_s) + found.by_log_delay);
-  if (row.far) found.gain = std::exp(value[kLogFarGain]);
+  if (row.far)
+    found.gain = std::exp(value[kLogFarGain] + value[kMismatch] * row.mismatch +
+                          value[kBend] * row.bend + value[kOrder] * row.order);
   for (std::size_t k = 0; k < 4; ++k) {
     const double scaled =
         found.gain * value[kDelayParameters + found.local.first + static_cast<int>(k)];
@@ -154,7 +162,11 @@ void DelayModel::put_line(const DelayRows::Row& row, const Eigen::VectorXd& valu
       terms.push_back({first_common() + 2 * static_cast<int>(k) + (row.far ? 1 : 0), share});
   terms.push_back({kAlpha, 0.5 * slope * row.tau_s * row.tau_s});
   terms.push_back({kLogDelay, slope * by_log_delay});
-  if (row.far) terms.push_back({kLogFarGain, light});
+  if (row.far)
+    terms.insert(terms.end(), {{kLogFarGain, light},
+                               {kMismatch, light * row.mismatch},
+                               {kBend, light * row.bend},
+                               {kOrder, light * row.order}});
   for (std::size_t k = 0; k < steps_.size(); ++k)
     if (const double way = steps_[k].way(row.tau_s); way != 0.0)
       terms.push_back({first_step() + static_cast<int>(k), slope * per_mps * way});
@@ -169,7 +181,7 @@ void DelayModel::add_rows(Point& point) const {
     for (const Term& one : line.terms) {
       const double scaled = weight * one.slope;
       point.gradient[one.parameter] += scaled * line.beyond;
-      point.mismatch[one.parameter] += scaled * line.light * row.mismatch;
+      point.doubt[one.parameter] += scaled * line.light * row.doubt;
       for (const Term& other : line.terms)
         point.information(one.parameter, other.parameter) += scaled * other.slope;
     }
@@ -182,7 +194,7 @@ DelayModel::Point DelayModel::at(const Eigen::VectorXd& value, bool with_derivat
   if (with_derivatives) {
     point.information = Eigen::MatrixXd::Zero(value.size(), value.size());
     point.gradient = Eigen::VectorXd::Zero(value.size());
-    point.mismatch = Eigen::VectorXd::Zero(value.size());
+    point.doubt = Eigen::VectorXd::Zero(value.size());
     add_rows(point);
   } else {
     point.cost = 0.5 * residuals(value).squaredNorm();
@@ -204,6 +216,9 @@ void DelayModel::add_priors(Point& point, bool with_derivatives) const {
   add(kFarAmbient, value[kFarAmbient] - ambient_[1], ambient_std_[1]);
   if (problem_.log_ratio.std > 0.0)
     add(kLogFarGain, value[kLogFarGain] - problem_.log_ratio.mean, problem_.log_ratio.std);
+  add(kMismatch, value[kMismatch], 1.0);
+  add(kBend, value[kBend], 1.0);
+  add(kOrder, value[kOrder], 1.0);
   for (int k = 0; k < curve_.size(); ++k)
     add(kDelayParameters + k, value[kDelayParameters + k], kCoefficientStd);
   for (int k = first_common(); k < first_step(); ++k) add(k, value[k], kCommonStd);
@@ -231,10 +246,11 @@ double DelayModel::refit(Eigen::VectorXd& value) const {
   return point.cost - 0.5 * gradient.dot(step);
 }
 
-DelayModel::Point DelayModel::minimise(Eigen::VectorXd value, bool move_delay,
-                                       int most_iterations) const {
+DelayModel::Point DelayModel::minimise(Eigen::VectorXd value, bool move_delay, int most_iterations,
+                                       const std::vector<int>& held) const {
   constexpr double kEnough = 1e-4;  // of half a chi-square
-  const std::vector<int> moved = free(move_delay);
+  std::vector<int> moved = free(move_delay);
+  std::erase_if(moved, [&](int k) { return std::ranges::find(held, k) != held.end(); });
   double damping = 1e-9;
   Point here = at(value, true);
   constexpr double kNoWayDown = 1e9;

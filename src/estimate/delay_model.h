@@ -14,9 +14,12 @@ namespace vildar {
 /// acceleration. The curve is a function of u = tau + alpha tau^2 / 2 + way of the steps / speed,
 /// the distance driven over the speed at the reference time.
 enum DelayParameter : int {
-  kLogDelay,     ///< ln (baseline over speed)
-  kAlpha,        ///< acceleration over speed, 1/s
-  kLogFarGain,   ///< ln of the far gain over the near one
+  kLogDelay,    ///< ln (baseline over speed)
+  kAlpha,       ///< acceleration over speed, 1/s
+  kLogFarGain,  ///< ln of the far gain over the near one
+  kMismatch,    ///< in sigmas of DelayRows::Row::mismatch, so the next two of theirs
+  kBend,
+  kOrder,
   kNearAmbient,  ///< in power units
   kFarAmbient,
   kDelayParameters,
@@ -37,7 +40,10 @@ struct DelayRows {
   struct Row {
     double tau_s, power, sigma, root;  ///< root: of the relative power above ambient
     bool far;
-    double mismatch = 0.0;  ///< sigma of how unlike the near one's light a far row's is
+    /// Sigmas of how unlike the near one's light a far row's is (ln): by a straight line of the
+    /// angle off the road, a parabola beside it, and another power of the axis' cosine.
+    double mismatch = 0.0, bend = 0.0, order = 0.0;
+    double doubt = 0.0;  ///< sigma of what else of it is unlike the near one's
   };
   std::vector<Row> rows;  ///< each side's in order of time, near first
   double unit_w = 1.0;
@@ -63,14 +69,15 @@ class DelayModel {
     double cost = 0.0;  ///< half the sum of squares
     Eigen::MatrixXd information;
     Eigen::VectorXd gradient;
-    Eigen::VectorXd mismatch;  ///< change of the gradient by light as unlike as the rows say
-    bool converged = false;    ///< as minimise() leaves it
+    Eigen::VectorXd doubt;   ///< change of the gradient by light as unlike as that
+    bool converged = false;  ///< as minimise() leaves it
   };
   Point at(const Eigen::VectorXd& value, bool with_derivatives) const;
   /// A first point: this delay, no acceleration, a flat curve.
   Eigen::VectorXd start(double delay_s) const;
-  /// Levenberg-Marquardt over the free parameters; the delay too where `move_delay`.
-  Point minimise(Eigen::VectorXd value, bool move_delay, int most_iterations) const;
+  /// Levenberg-Marquardt over the free parameters but for `held`; the delay too where `move_delay`.
+  Point minimise(Eigen::VectorXd value, bool move_delay, int most_iterations,
+                 const std::vector<int>& held = {}) const;
   /// Puts the curve and the ambient levels where the rest asks for them, in which all is linear;
   /// the cost there.
   double refit(Eigen::VectorXd& value) const;
@@ -79,6 +86,8 @@ class DelayModel {
   /// Residuals of the rows, whitened.
   Eigen::VectorXd residuals(const Eigen::VectorXd& value) const;
   std::vector<int> free(bool move_delay) const;
+  /// Whether kMismatch, kBend and kOrder are free.
+  bool finds_mismatch() const;
   /// Where the steps begin among the unknowns.
   int first_step() const { return first_common() + 2 * static_cast<int>(rows_.common.size()); }
   /// What a row is beyond its measured power, and the slopes of that by the unknowns.

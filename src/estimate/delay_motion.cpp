@@ -15,7 +15,7 @@ namespace {
 struct Reduced {
   std::vector<int> kept;
   Eigen::MatrixXd information;
-  Eigen::VectorXd gradient, mismatch;
+  Eigen::VectorXd gradient, doubt;
 };
 
 std::optional<Reduced> reduce(const DelayModel& model, const DelayModel::Point& point,
@@ -23,7 +23,7 @@ std::optional<Reduced> reduce(const DelayModel& model, const DelayModel::Point& 
   Reduced found;
   std::vector<int> others;
   for (const int parameter : model.free(true)) {
-    const bool kept = parameter == kLogDelay || parameter == kAlpha || parameter == kLogFarGain;
+    const bool kept = parameter < kNearAmbient;
     (kept ? found.kept : others).push_back(parameter);
   }
   for (int k = model.first_step(); k < point.value.size(); ++k) found.kept.push_back(k);
@@ -33,8 +33,8 @@ std::optional<Reduced> reduce(const DelayModel& model, const DelayModel::Point& 
   const Eigen::MatrixXd response = -solver.solve(across);
   found.information =
       (point.information(found.kept, found.kept) + across.transpose() * response) / noise_factor;
-  found.mismatch =
-      (point.mismatch(found.kept) + response.transpose() * point.mismatch(others)) / noise_factor;
+  found.doubt =
+      (point.doubt(found.kept) + response.transpose() * point.doubt(others)) / noise_factor;
   found.gradient =
       (point.gradient(found.kept) + response.transpose() * point.gradient(others)) / noise_factor;
   return found;
@@ -79,7 +79,7 @@ bool let_wander(const DelayModel& model, double between_s, DelayMotion& found) {
     found.known = reduced->kept;
     found.covariance = mixed->covariance;
     found.step_precision = mixed->precision;
-    found.mismatch = found.covariance * reduced->mismatch;
+    found.doubt = found.covariance * reduced->doubt;
     found.acceleration_variance = mixed->acceleration_variance;
     // The way is that of a tangent: where it leads astray it is cut short.
     const auto cost = [&](Eigen::VectorXd& value) {

@@ -14,12 +14,12 @@ std::vector<double> delay_steps_s(const DelayRows& rows);
 
 /// A delay fit whose acceleration takes steps.
 struct DelayMotion {
-  Eigen::VectorXd value;       ///< all unknowns of the model
-  std::vector<int> known;      ///< those that `covariance` is of: kLogDelay, kAlpha, kLogFarGain if
-                               ///< free, and the steps
-  Eigen::MatrixXd covariance;  ///< by the blocks' own sigmas times the root of `noise_factor`
-  Eigen::VectorXd mismatch;    ///< one sigma of what unlike angular responses do to `known`
-  double step_precision = 0.0;         ///< of the prior on a step
+  Eigen::VectorXd value;        ///< all unknowns of the model
+  std::vector<int> known;       ///< those that `covariance` is of: kLogDelay, kAlpha, what is free
+                                ///< of kLogFarGain to kOrder, and the steps
+  Eigen::MatrixXd covariance;   ///< by the blocks' own sigmas times the root of `noise_factor`
+  Eigen::VectorXd doubt;        ///< what light as unlike as DelayRows::Row::doubt does to `known`
+  double step_precision = 0.0;  ///< of the prior on a step
   double acceleration_variance = 1.0;  ///< of the prior at the reference
   double noise_factor = 1.0;  ///< of the variance, by which the blocks' own sigmas fall short
 };

@@ -58,6 +58,7 @@ double perpendicular_m(const Site& site, const PhotodiodeSite& photodiode, doubl
 struct Ray {
   double azimuth_rad, elevation_rad;
   double log_received;  // ln of the light of any unit, but for the beam
+  double log_secant;    // of the angle off the axis, -ln of its cosine
 
   static constexpr Uncertain kByAzimuth2{9.0, 4.0}, kByElevation{8.0, 4.0};
   static constexpr double kRipplePerAzimuth = 2.0, kRipplePerElevation = 4.0;  // nat per radian
@@ -100,9 +101,25 @@ struct Passing {
     if (incidence_cos < std::cos(rim_rad)) return std::nullopt;
     return Ray{std::remainder(std::atan2(apart_m.y(), apart_m.x()) - lamp.heading_rad, 2.0 * kPi),
                std::atan2(-apart_m.z(), std::hypot(apart_m.x(), apart_m.y())),
-               std::log(incidence_cos) - 2.0 * std::log(distance_m)};
+               std::log(incidence_cos) - 2.0 * std::log(distance_m), -std::log(incidence_cos)};
   }
 };
+
+// Of light from 150 m to 84 degrees off the road, or to the rim of the view.
+std::vector<OffAxis> off_axis(const Passing& passing, double along_m,
+                              const PhotodiodeSite& photodiode, double perpendicular_m) {
+  constexpr int kDistances = 32;
+  constexpr double kFrom = 0.1, kTo_m = 150.0;
+  std::vector<OffAxis> found;
+  const double from_m = kFrom * perpendicular_m;
+  for (int i = 0; i < kDistances; ++i) {
+    const double ahead_m =
+        from_m * std::pow(kTo_m / from_m, static_cast<double>(i) / (kDistances - 1));
+    if (const auto ray = passing.ray(photodiode, along_m + ahead_m))
+      found.push_back({ahead_m, ray->log_secant});
+  }
+  return found;
+}
 
 struct Range {
   double least = INFINITY, most = -INFINITY;
@@ -237,6 +254,7 @@ Outcome<PairPose> pair_pose(const Site& site, const PhotodiodeSite& near,
   auto unlike = unlike_lights(ways, near, far, pose.perpendicular_m);
   if (!unlike) return Miss::outside_model;
   pose.unlike = std::move(*unlike);
+  pose.off_axis = off_axis(ways.front().passing, ways.front().far_m, far, pose.perpendicular_m);
   return pose;
 }
 
@@ -249,6 +267,16 @@ UnlikeLight unlike_at(std::span<const UnlikeLight> unlike, double ahead_m) {
   const double share = (ahead_m - one.ahead_m) / (above->ahead_m - one.ahead_m);
   return {ahead_m, std::lerp(one.log_ratio, above->log_ratio, share),
           std::lerp(one.doubt, above->doubt, share)};
+}
+
+double log_secant_at(std::span<const OffAxis> off_axis, double ahead_m) {
+  if (off_axis.empty()) return 0.0;
+  const auto above = std::ranges::lower_bound(off_axis, ahead_m, {}, &OffAxis::ahead_m);
+  if (above == off_axis.begin()) return off_axis.front().log_secant;
+  if (above == off_axis.end()) return off_axis.back().log_secant;
+  const OffAxis& one = *std::prev(above);
+  const double share = (ahead_m - one.ahead_m) / (above->ahead_m - one.ahead_m);
+  return std::lerp(one.log_secant, above->log_secant, share);
 }
 
 }  // namespace vildar

@@ -17,11 +17,17 @@ struct UnlikeLight {
   double doubt = 0.0;      ///< sigma of it: lamps and lanes differ
 };
 
+/// At what angle off its axis a photodiode receives light from so far ahead: -ln of its cosine.
+struct OffAxis {
+  double ahead_m = 0.0, log_secant = 0.0;
+};
+
 /// How two photodiodes stand to each other as seen from the lanes of a straight or curved road.
 struct PairPose {
   Uncertain baseline_m;             ///< of the vehicle's way, positive
   double perpendicular_m = 0.0;     ///< from the path of the lamps to the photodiodes
   std::vector<UnlikeLight> unlike;  ///< by rising distance; empty: alike wherever light comes from
+  std::vector<OffAxis> off_axis;    ///< of light from the first lane, by rising distance
 };
 
 /// `near` is passed last. On a bend each lane's way past both is another, and photodiodes that look
@@ -35,5 +41,8 @@ Outcome<PairPose> pair_pose(const Site& site, const PhotodiodeSite& near,
 
 /// Linear between the distances; beyond them that of the nearest. Alike where there are none.
 UnlikeLight unlike_at(std::span<const UnlikeLight> unlike, double ahead_m);
+
+/// -ln of the cosine, likewise.
+double log_secant_at(std::span<const OffAxis> off_axis, double ahead_m);
 
 }  // namespace vildar

@@ -416,30 +416,6 @@ TEST(Delay, PulsesThatAreNotAlikeAreRefusedOrVeryUncertain) {
   }
 }
 
-// As dawn, clouds or a lamp far off do.
-TEST(Delay, LightThatGrowsOnBothAtOnceIsNoVehicle) {
-  constexpr double kRate_hz = 1000.0, kNoise_w = 7e-11, kDark_w = 3e-6;
-  const Site site = simulated::two_photodiodes(2.0);
-  for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    Random random(seed);
-    Pair pair;
-    for (const auto& [trace, photodiode] : {std::pair(&pair.near, 0), std::pair(&pair.far, 1)}) {
-      trace->photodiode = photodiode;
-      trace->sample_period_s = 1.0 / kRate_hz;
-      trace->noise_sigma_w = kNoise_w;
-      trace->ambient_w = trace->ambient_sigma_w = 0.5 * kDark_w;  // never dark
-      for (int k = 0; k < 4.0 * kRate_hz; ++k) {
-        trace->time_s.push_back(k / kRate_hz);
-        const double light_w = 1e-8 * k / kRate_hz;
-        trace->power_w.push_back(
-            static_cast<float>(kDark_w + light_w + random.normal(0.0, kNoise_w)));
-      }
-    }
-    const auto outcome = pair.speed(site);
-    EXPECT_FALSE(std::holds_alternative<DelayFit>(outcome)) << seed;
-  }
-}
-
 // Blocks of sparse samples are as long as the last part of the pulse, of which each could then have
 // a curve of its own.
 TEST(Delay, SparseSamplesGiveNoWildSpeed) {
