@@ -423,10 +423,10 @@ Outcome<DelayFit> fit_as_stated(const DelayProblem& problem, Mismatch mismatch) 
   put_speed(problem, found, model, fit);
   widen(fit, common_doubt * fit.speed.speed_mps);
   constexpr double kNoDelay = 0.3, kToldFromNone = 36.0, kBesideOthers = 200.0;  // of chi-square
-  const double told = chi2_of_no_delay(problem, found) - residuals.squaredNorm();
+  const double told = rows.common.empty() ? kToldFromNone : kBesideOthers;
   if (!(fit.speed.std_mps < kNoDelay * fit.speed.speed_mps) ||
-      !(told > (rows.common.empty() ? kToldFromNone : kBesideOthers) * fit.sigma_factor *
-                   fit.sigma_factor))
+      !told_from_no_delay(problem, found,
+                          residuals.squaredNorm() + told * std::pow(fit.sigma_factor, 2)))
     return Miss::too_uncertain;
   return fit;
 }

@@ -128,10 +128,10 @@ Outcome<Followed> follow(const DelayProblem& problem, const DelayRows& rows, dou
   return alone;
 }
 
-double chi2_of_no_delay(const DelayProblem& problem, const Followed& found) {
-  const double as_said = chi2_at_once(problem, found, found.rows);
+bool told_from_no_delay(const DelayProblem& problem, const Followed& found, double chi2) {
+  if (!(chi2_at_once(problem, found, found.rows) > chi2)) return false;
   const double ratio = ratio_at_once(found.rows);
-  if (!(std::abs(ratio) > 0.0) || !std::isfinite(ratio)) return as_said;
+  if (!(std::abs(ratio) > 0.0) || !std::isfinite(ratio)) return true;
   DelayProblem unlike = problem;
   DelayRows rows = found.rows;
   unlike.log_ratio.mean = std::log(std::abs(ratio));
@@ -140,7 +140,7 @@ double chi2_of_no_delay(const DelayProblem& problem, const Followed& found) {
     for (DelayRows::Row& row : rows.rows)
       if (row.far) row.power = -row.power;
   }
-  return std::min(as_said, chi2_at_once(unlike, found, std::move(rows)));
+  return chi2_at_once(unlike, found, std::move(rows)) > chi2;
 }
 
 }  // namespace vildar

@@ -30,8 +30,10 @@ struct Followed {
 /// goes at once is brighter than the vehicle, or comes on one side as it goes on the other).
 Outcome<Followed> follow(const DelayProblem& problem, const DelayRows& rows, double delay_s);
 
-/// Chi-square where both photodiodes see the same light at once, above levels of any size, as they
-/// do of the dawn or of clouds; beside common light, if there is some, and three steps more of it.
-double chi2_of_no_delay(const DelayProblem& problem, const Followed& found);
+/// Whether chi-square is more than this by where both photodiodes see light at once, above levels
+/// of any size: the same, as of the dawn or of clouds, or as much more or less as goes with it
+/// best, as of lamps nearer to one, or in turn nearer to either. Beside common light, if there is
+/// some, and three steps more of it.
+bool told_from_no_delay(const DelayProblem& problem, const Followed& found, double chi2);
 
 }  // namespace vildar
