@@ -15,13 +15,15 @@ struct Shift {
 
 std::optional<Shift> shift_of(const LumaView& luma, const PixelBox& box) {
   constexpr int kFewestRows = 8;
-  constexpr double kLevel = 0.25;  // of the lamp's height over the darkest of its box
+  constexpr int kFaint_codes = 32;  // what coding leaves of fainter ones stands anyhow
+  constexpr double kLevel = 0.25;   // of the lamp's height over the darkest of its box
   int darkest = luma.white_code, brightest = 0;
   for (int v = box.v_min; v <= box.v_max; ++v)
     for (int u = box.u_min; u <= box.u_max; ++u) {
       darkest = std::min(darkest, luma.code(u, v));
       brightest = std::max(brightest, luma.code(u, v));
     }
+  if (brightest - darkest < kFaint_codes) return std::nullopt;
   const double level = darkest + kLevel * (brightest - darkest);
   std::vector<double> middles_px;  // of the rows that reach the level
   int first = 0;

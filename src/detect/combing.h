@@ -13,7 +13,8 @@ namespace vildar {
 /// looked at.
 class Combing {
  public:
-  /// Looks at the lamps of every fourth frame that are eight rows high or more.
+  /// Looks at the lamps of every fourth frame that are eight rows high or more, and 32 codes
+  /// bright.
   void add(const Frame& frame, std::span<const Blob> blobs);
 
   std::int64_t judged() const { return judged_; }  ///< lamps whose rows could be told apart

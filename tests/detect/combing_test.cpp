@@ -14,7 +14,7 @@ constexpr double kNoise_codes = 2.0;
 
 // Lamps in turn, each a spot whose even and odd rows are drawn `apart_px` beside each other, and
 // that leans by `lean` columns per row, `reach_px` high to either side.
-Combing lamps(double apart_px, double lean, double reach_px = 3.0) {
+Combing lamps(double apart_px, double lean, double reach_px = 3.0, double strength = 5.0) {
   constexpr double kSpread_px = 1.0;
   Combing combing;
   Random random(3);
@@ -23,8 +23,8 @@ Combing lamps(double apart_px, double lean, double reach_px = 3.0) {
     scene::Picture even(kSide_px, kSide_px), odd(kSide_px, kSide_px), both(kSide_px, kSide_px);
     for (double part = -reach_px; part <= reach_px; part += 0.5) {
       const double u = middle + lean * part, v = middle + part;
-      even.add_gaussian(u, v, kSpread_px, 5.0);
-      odd.add_gaussian(u + apart_px, v, kSpread_px, 5.0);
+      even.add_gaussian(u, v, kSpread_px, strength);
+      odd.add_gaussian(u + apart_px, v, kSpread_px, strength);
     }
     for (int v = 0; v < kSide_px; ++v)
       for (int u = 0; u < kSide_px; ++u) both.at(u, v) = (v % 2 == 0 ? even : odd).at(u, v);
@@ -53,6 +53,7 @@ TEST(Combing, IsNotToldOfWholePictures) {
     EXPECT_FALSE(told.told());
   }
   EXPECT_EQ(lamps(2.0, 0.0, 0.0).judged(), 0) << "of lamps with few rows";
+  EXPECT_EQ(lamps(2.0, 0.0, 6.0, 0.01).judged(), 0) << "of what coding left of faint light";
 }
 
 }  // namespace
