@@ -441,7 +441,8 @@ Uncertain apart_mps(const DelayFit& fit, const DelayFit& other) {
 }
 
 // A mismatch that is found leaves the speed surer, where it goes with the angle as it is taken to;
-// one that is doubted holds where it does not. The surer of the two stands, as far as both agree.
+// one that is doubted holds where it does not. Where both agree the speed is between them, as each
+// is sure; else the surer stands, as far as it is from the other.
 Outcome<DelayFit> fit_both(const DelayProblem& problem) {
   constexpr double kSigmas = 2.0, kOfAgreed = 0.5;
   constexpr double kWanders = 15.0;  // of chi-square
@@ -461,6 +462,8 @@ Outcome<DelayFit> fit_both(const DelayProblem& problem) {
   fit.surest_s = one->surest_s;
   const Uncertain apart = apart_mps(fit, surer ? *one : *other);
   const double off_mps = std::abs(apart.mean);
+  if (off_mps < kSigmas * apart.std)
+    fit.speed.speed_mps += apart.mean * fit.covariance(0, 0) / (apart.std * apart.std);
   widen(fit, (off_mps < kSigmas * apart.std ? kOfAgreed : 1.0) * off_mps);
   return fit;
 }
