@@ -56,7 +56,7 @@ struct DelayFit {
     return std::sqrt(speed.std_mps * speed.std_mps - drift_std_mps * drift_std_mps);
   }
   double log_ratio = 0.0, log_ratio_std = 0.0;
-  double gain_chi2 = 0.0;     ///< by how much the gain strains what was said of it
+  double gain_chi2 = 0.0;     ///< by how much gain or mismatch strain what was said
   double chi2_per_dof = 0.0;  ///< by the blocks' own sigmas
   double sigma_factor =
       1.0;                ///< by which scatter and correlation of the residuals widened the sigma
@@ -73,8 +73,9 @@ struct DelayFit {
 /// Speed and acceleration from two pulses, their common shape being a free smooth curve with as
 /// many pieces as the data ask for. The acceleration, of which 0 +- 1.5 m/s^2 is known beforehand,
 /// may wander while the light lasts. Where the ratio of gains is uncertain, a mismatch that grows
-/// with the angle off the road is allowed for: of the same size at 0.35 rad. A gain that strains
-/// what was said of it is taken to be known five times worse, and the mismatch with it. Light that
+/// with the angle off the road is allowed for: of the same size at 0.35 rad. From kUnlikeStd on it
+/// is sought with the speed as well, and the speed lies between where both ways agree. A gain or a
+/// mismatch that strains what was said of it is taken to be known five times worse. Light that
 /// comes or goes on both at once, fainter than the vehicle's, is fitted beside it: follow().
 /// Misses: too_few_samples, below_noise, not_converged, bad_fit (the pulses are not alike),
 /// too_uncertain (the delay is not told from none), sensors_contradict (a gain unlike what was

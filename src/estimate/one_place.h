@@ -25,7 +25,8 @@ bool one_vehicle(const VehicleEstimate& one, const VehicleEstimate& other);
 bool rides_on(const VehicleEstimate& upper, const VehicleEstimate& carrier, double over_lamps_m);
 
 /// Whether the lamps of `lower` are the image on a wet road of those of `source`, which are
-/// brighter, or less drawn out with more light for their size: in line with them as rides_on()
+/// brighter, or less drawn out with more light for their size, or as wide and right where a smooth
+/// road has it, whatever the light: in line with them as rides_on()
 /// says, by a factor that an image asks for.
 bool mirrors(const VehicleEstimate& lower, const VehicleEstimate& source, double over_lamps_m,
              double lamp_height_m);
