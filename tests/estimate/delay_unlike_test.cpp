@@ -69,9 +69,10 @@ TEST(DelayUnlike, LightThatTheySeeUnlikeAtOnceIsNoVehicle) {
   EXPECT_LE(speeds, 1) << "three, where alike is all that they may be";
 }
 
-// By another photodiode's window, or a tilt: it trades with the acceleration and the gain.
+// By another photodiode's window, or a tilt: it trades with the acceleration and the gain. Where it
+// is doubted alone, four of these have no speed, and one of the others is 2.9 sigmas off.
 TEST(DelayUnlike, AMismatchThatIsToldIsFound) {
-  constexpr double kStd = 0.02;
+  constexpr double kStd = 0.05;
   const Site site = two_photodiodes(1.0, kStd);
   Random random(12);
   int measured = 0, inside = 0;
@@ -92,9 +93,9 @@ TEST(DelayUnlike, AMismatchThatIsToldIsFound) {
     sigmas += fit->speed.std_mps / fit->speed.speed_mps;
   }
   EXPECT_GE(measured, vehicles - 2);
-  EXPECT_GE(inside, measured - 3);
-  EXPECT_LT(worst_sigmas, 3.5);
-  EXPECT_LT(sigmas / measured, 0.05);
+  EXPECT_GE(inside, measured - 1);
+  EXPECT_LT(worst_sigmas, 2.5);
+  EXPECT_LT(sigmas / measured, 0.12);
 }
 
 }  // namespace
