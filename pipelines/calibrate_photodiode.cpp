@@ -77,10 +77,9 @@ LitRun read_run(const fs::path& run, const fs::path& site_file, const Site& site
   lit_run.traces = read_traces(options, site, summary);
   for (const std::string& warning : summary.warnings) std::cerr << "warning: " << warning << "\n";
   for (const RecordedPass& pass : read_recorded_passes(run, *site.camera)) {
-    if (pass.track.kind != LampKind::headlamp) continue;
     LitVehicle& vehicle = lit_run.lit.emplace_back(lit_vehicle(pass.track, site));
-    lit_run.sound.push_back(pass.sound && vehicle.way);
-    if (!lit_run.sound.back()) vehicle.way.reset();  // it shines, but how is not known
+    if (!pass.sound) vehicle.way.reset();  // it shines, but how is not known
+    lit_run.sound.push_back(vehicle.way && !vehicle.receding);
   }
   return lit_run;
 }

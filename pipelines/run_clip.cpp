@@ -114,7 +114,7 @@ class Measuring {
   };
 
   void note_light(const Ended& one) {
-    if (traces_.empty() || one.track.kind != LampKind::headlamp || one.track.beside_lanes_m) return;
+    if (traces_.empty() || one.track.beside_lanes_m) return;
     lit_.push_back(one.steady ? lit_vehicle(one.steady->track, one.steady->site)
                               : lit_vehicle(one.track, site_));
   }
@@ -159,7 +159,7 @@ class Measuring {
     OfferedPower offered;
     const auto own = std::ranges::find(lit_, track.id, &LitVehicle::track_id);
     std::optional<OwnPass> pass;
-    if (own != lit_.end()) {
+    if (own != lit_.end() && !own->receding) {
       const auto index = static_cast<std::size_t>(own - lit_.begin());
       offered = offer_power(lit_, index, site_, traces_);
       if (auto found = own_pass(lit_, index, site_, traces_, passes_)) pass = {*found, traces_};

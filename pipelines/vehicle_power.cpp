@@ -81,6 +81,48 @@ bool ends_on_record(const LitVehicle& lit, const Site& site, std::span<const Pow
          ends->to_s < trace->time_s.back() + photodiode.time_offset_s.mean;
 }
 
+// Who shines beside a vehicle: when, when of those whose way the camera does not tell, and the ways
+// of all, its own first.
+struct Company {
+  std::vector<ClipInterval> shine, unknown;
+  std::vector<const Trajectory*> ways;
+  bool tail_lamps = false;  ///< among the ways: what they shine is to be taken out throughout
+};
+
+OfferedPower shared_out(const LitVehicle& vehicle, const Company& company, const Site& site,
+                        std::span<const PowerTrace> traces) {
+  OfferedPower offered;
+  offered.in_time.reserve(traces.size());
+  offered.own_light.reserve(traces.size());
+  for (const PowerTrace& trace : traces) {
+    const double offset_s =
+        site.photodiodes[static_cast<std::size_t>(trace.photodiode)].time_offset_s.mean;
+    VehiclePower power{&trace, true};
+    auto in_time = alone_on_trace(trace, offset_s, vehicle.in_view, company.shine);
+    const auto known = alone_on_trace(trace, offset_s, vehicle.in_view, company.unknown);
+    if (!company.ways.empty() && known) {
+      auto outcome = own_light(*known, site, company.ways, 0, vehicle.in_view.from_s - kBefore_s,
+                               std::min(vehicle.in_view.to_s + kAfter_s, vehicle.past_s + kPast_s));
+      const Miss* miss = std::get_if<Miss>(&outcome);
+      const bool unexplained = miss && *miss == Miss::bad_fit;
+      offered.unexplained = offered.unexplained || unexplained;
+      if (unexplained || (!miss && company.ways.size() > 1)) {
+        offered.own_light.push_back(miss ? PowerTrace{} : std::get<PowerTrace>(std::move(outcome)));
+        power.own_light = &offered.own_light.back();
+      }
+    }
+    if (in_time) {
+      if (company.tail_lamps && power.own_light && !power.own_light->time_s.empty())
+        in_time = *power.own_light;
+      offered.in_time.push_back(std::move(*in_time));
+      power.trace = &offered.in_time.back();
+      power.shared = false;
+    }
+    offered.power.push_back(power);
+  }
+  return offered;
+}
+
 }  // namespace
 
 LitVehicle lit_vehicle(const VehicleTrack& track, const Site& site) {
@@ -88,7 +130,8 @@ LitVehicle lit_vehicle(const VehicleTrack& track, const Site& site) {
       track.id,
       {seconds_of(track.sightings.front().time), seconds_of(track.sightings.back().time)},
       0.0,
-      {}};
+      {},
+      track.direction == Direction::receding};
   std::vector<std::string> told_later;
   auto fitted = fit_trajectories(track, Camera(*site.camera), site, told_later);
   double passing_s = kUnknownPassing_s;
@@ -97,7 +140,8 @@ LitVehicle lit_vehicle(const VehicleTrack& track, const Site& site) {
     if (last.over_ground_mps > 0.0) passing_s = last.range_m / last.over_ground_mps;
     if (!track.ambiguous_identity) lit.way = std::move(found->front());
   }
-  lit.past_s = lit.in_view.to_s + std::clamp(passing_s, 0.0, kLongestPassing_s);
+  lit.past_s = lit.in_view.to_s;
+  if (!lit.receding) lit.past_s += std::clamp(passing_s, 0.0, kLongestPassing_s);
   return lit;
 }
 
@@ -110,45 +154,28 @@ bool dark_since(const LitVehicle& lit, double since_s) { return lit.past_s < sin
 OfferedPower offer_power(std::span<const LitVehicle> lit, std::size_t own, const Site& site,
                          std::span<const PowerTrace> traces) {
   const LitVehicle& vehicle = lit[own];
-  std::vector<ClipInterval> others, unknown;  // unknown: whose way the camera does not tell
-  std::vector<const Trajectory*> ways;
-  if (vehicle.way) ways.push_back(&*vehicle.way);
+  Company company;
+  std::vector<const Trajectory*> receding;
+  if (vehicle.way) company.ways.push_back(&*vehicle.way);
   for (const LitVehicle& other : lit) {
     if (&other == &vehicle) continue;
-    others.push_back({other.in_view.from_s, other.past_s});
-    if (vehicle.way && other.way)
-      ways.push_back(&*other.way);
+    const bool known = vehicle.way && other.way;
+    if (other.receding) {
+      if (known) receding.push_back(&*other.way);
+      continue;
+    }
+    company.shine.push_back({other.in_view.from_s, other.past_s});
+    if (known)
+      company.ways.push_back(&*other.way);
     else
-      unknown.push_back(others.back());
+      company.unknown.push_back(company.shine.back());
   }
-  OfferedPower offered;
-  offered.in_time.reserve(traces.size());
-  offered.own_light.reserve(traces.size());
-  for (const PowerTrace& trace : traces) {
-    const double offset_s =
-        site.photodiodes[static_cast<std::size_t>(trace.photodiode)].time_offset_s.mean;
-    VehiclePower power{&trace, true};
-    auto in_time = alone_on_trace(trace, offset_s, vehicle.in_view, others);
-    const auto known = alone_on_trace(trace, offset_s, vehicle.in_view, unknown);
-    if (!ways.empty() && known) {
-      auto outcome = own_light(*known, site, ways, 0, vehicle.in_view.from_s - kBefore_s,
-                               std::min(vehicle.in_view.to_s + kAfter_s, vehicle.past_s + kPast_s));
-      const Miss* miss = std::get_if<Miss>(&outcome);
-      const bool unexplained = miss && *miss == Miss::bad_fit;
-      offered.unexplained = offered.unexplained || unexplained;
-      if (unexplained || (!miss && ways.size() > 1)) {
-        offered.own_light.push_back(miss ? PowerTrace{} : std::get<PowerTrace>(std::move(outcome)));
-        power.own_light = &offered.own_light.back();
-      }
-    }
-    if (in_time) {
-      offered.in_time.push_back(std::move(*in_time));
-      power.trace = &offered.in_time.back();
-      power.shared = false;
-    }
-    offered.power.push_back(power);
-  }
-  return offered;
+  OfferedPower offered = shared_out(vehicle, company, site, traces);
+  if (!offered.unexplained || receding.empty()) return offered;
+  company.ways.insert(company.ways.end(), receding.begin(), receding.end());
+  company.tail_lamps = true;
+  OfferedPower with_tails = shared_out(vehicle, company, site, traces);
+  return with_tails.unexplained ? std::move(offered) : std::move(with_tails);
 }
 
 std::optional<PowerPass> own_pass(std::span<const LitVehicle> lit, std::size_t own,
@@ -164,6 +191,7 @@ std::optional<PowerPass> own_pass(std::span<const LitVehicle> lit, std::size_t o
   std::optional<PowerPass> found;
   std::vector<PowerPass> of_others;
   for (std::size_t i = 0; i < lit.size(); ++i) {
+    if (lit[i].receding) continue;
     if (i != own && overlap(shines(lit[i]), shines(lit[own]))) {
       if (!lit[i].way) return std::nullopt;
       in_company = true;

@@ -21,8 +21,9 @@ struct ClipInterval {
 struct LitVehicle {
   int track_id = 0;
   ClipInterval in_view;
-  double past_s = 0.0;            ///< clip time at which it has driven past the photodiodes
+  double past_s = 0.0;            ///< clip time at which it shines no more on the photodiodes
   std::optional<Trajectory> way;  ///< nothing where the bearings do not tell it
+  bool receding = false;          ///< only its tail lamps shine, too faint for a speed
 };
 LitVehicle lit_vehicle(const VehicleTrack& track, const Site& site);
 
@@ -41,14 +42,16 @@ struct OfferedPower {
   bool unexplained = false;  ///< light that none of the vehicles seen explains
 };
 
-/// Shares the traces out: to `lit[own]`, beside `lit`, all that shine near its time.
+/// Shares the traces out: to `lit[own]`, which is not receding, beside `lit`, all that shine near
+/// its time. Tail lamps are reckoned with where the light is not explained without them: what they
+/// shine is then taken out, and left out where it is not known.
 OfferedPower offer_power(std::span<const LitVehicle> lit, std::size_t own, const Site& site,
                          std::span<const PowerTrace> traces);
 
 /// Of `passes`, in the light of one photodiode and in its clock, the one that ends where `lit[own]`
-/// passes the photodiodes and where no other of `lit` does. Nothing where it shines alone: its light
-/// is then more than the pass; where its way is not known; and where a third of `lit` or more pass
-/// without one that ends, as by a wrong clock.
+/// passes the photodiodes and where no other of `lit` does. Nothing where it shines alone: its
+/// light is then more than the pass; where its way is not known; and where a third of `lit` or more
+/// pass without one that ends, as by a wrong clock.
 std::optional<PowerPass> own_pass(std::span<const LitVehicle> lit, std::size_t own,
                                   const Site& site, std::span<const PowerTrace> traces,
                                   std::span<const PowerPass> passes);

@@ -9,7 +9,8 @@ namespace vildar {
 
 /// A photodiode's trace between two clip times (`from_s` < `to_s`) with the light of all vehicles
 /// but one taken out. `vehicles` are all that shine on it then, as the camera tells their ways,
-/// also before it sees them and after; `own` is the index of the one that stays.
+/// also before it sees them and after: headlamps that come, tail lamps that drive away. `own` is
+/// the index of the one that stays.
 ///
 /// Fitted jointly: the ambient level and each vehicle's gain in the site's power law, which may
 /// change slowly with the distance. Samples where the light of the others is not known to a small

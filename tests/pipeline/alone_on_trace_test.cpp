@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include "estimate/simulated_pass.h"
+#include "estimate/simulated_power.h"
 #include "pipelines/run_clip.h"
 
 namespace vildar {
@@ -84,6 +86,67 @@ TEST(OfferedPower, NeedsNoVehicleThatWasPastBefore) {
   const LitVehicle past{1, {6.0, 8.0}, 8.4, {}};
   EXPECT_FALSE(dark_since(past, 8.6));  // traces are read from half a second before a view
   EXPECT_TRUE(dark_since(past, 9.0));
+}
+
+// One comes at 20 m/s in the near lane while another drives away at 12 m/s in the far one, whose
+// tail lamps shine a tenth as bright.
+class TailLamps : public ::testing::Test {
+ protected:
+  TailLamps() {
+    site_.road.lanes.push_back({"far", {-7.5, 0.3}, 3.5, Direction::receding});
+    site_.photodiodes.resize(1);
+    site_.photodiodes[0].position_m = {Uncertain{0.0}, Uncertain{0.0}, Uncertain{4.0}};
+    site_.channel = ChannelSite{};
+    site_.channel->path_loss_exponent = Uncertain{2.0, 0.0};
+    VehicleTrack away = track_of(away_, site_, {.from_s = 0.3, .to_s = 3.5}, random_);
+    away.direction = Direction::receding;
+    away.kind = LampKind::taillamp;
+    lit_ = {lit_vehicle(track_of(comes_, site_, {.from_s = 0.0, .to_s = 2.4}, random_), site_),
+            lit_vehicle(away, site_)};
+    simulated::Diode tails = kDiode;
+    tails.gain_w *= 0.1;
+    tails.ambient_w = tails.noise_w = 0.0;
+    alone_ = simulated::trace_of(comes_, site_, kDiode, random_);
+    PowerTrace both = alone_;
+    const PowerTrace away_light = simulated::trace_of(away_, site_, tails, random_);
+    for (std::size_t i = 0; i < both.power_w.size(); ++i) both.power_w[i] += away_light.power_w[i];
+    traces_ = {both};
+  }
+
+  static constexpr simulated::Diode kDiode{
+      .from_s = -2.0, .to_s = 6.0, .gain_w = 1.0, .ambient_w = 1e-3, .noise_w = 1e-6};
+  const simulated::Vehicle comes_{20.0, 0.0, 60.0, -4.0, 0.65, 1.2};
+  const simulated::Vehicle away_{-12.0, 0.0, 12.0, -7.5, 0.85, 1.3};
+  Random random_{11};
+  Site site_ = simulated::mast_site(4.0);
+  std::vector<LitVehicle> lit_;
+  PowerTrace alone_;
+  std::vector<PowerTrace> traces_;
+};
+
+TEST_F(TailLamps, OfAVehicleThatDrivesAwayAreTakenOutOfTheLight) {
+  const OfferedPower offered = offer_power(lit_, 0, site_, traces_);
+  EXPECT_FALSE(offered.unexplained);
+  ASSERT_FALSE(offered.power.front().shared);
+  const PowerTrace& own = *offered.power.front().trace;
+  ASSERT_GT(own.time_s.size(), 500U);
+  for (std::size_t i = 0; i < own.time_s.size(); ++i) {
+    const auto k = static_cast<std::size_t>(std::lround((own.time_s[i] + 2.0) * 1000.0));
+    EXPECT_NEAR(own.power_w[i], alone_.power_w[k], 4.0 * own.ambient_sigma_w + 8.0 * kDiode.noise_w)
+        << own.time_s[i];
+  }
+}
+
+TEST_F(TailLamps, ThatTheCameraDoesNotSeeAreUnexplained) {
+  lit_.pop_back();
+  EXPECT_TRUE(offer_power(lit_, 0, site_, traces_).unexplained);
+}
+
+TEST_F(TailLamps, TooFaintToTellLeaveTheTraceAsItIs) {
+  traces_ = {alone_};
+  const OfferedPower offered = offer_power(lit_, 0, site_, traces_);
+  EXPECT_FALSE(offered.unexplained);
+  EXPECT_EQ(offered.power.front().trace->power_w.size(), alone_.power_w.size());
 }
 
 }  // namespace
