@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -61,6 +62,57 @@ TEST(HalfHidden, GoesWhereTheLampsAreAlikeElsewhere) {
 TEST(HalfHidden, ALampThatIsAlwaysTheFainterStays) {
   for (const VehicleSighting& one : without_half_hidden(hidden_until(9.0)).sightings)
     EXPECT_TRUE(one.left && one.right);
+}
+
+// From 1 to 2 s something comes before the right lamp, and stays: a disc whose rest moves aside by
+// up to 0.6 px.
+constexpr double kCoverFrom_s = 1.0, kCoveredAt_s = 2.0;
+
+VehicleTrack covered_from(double from_s) {
+  VehicleTrack track = seen_track();
+  for (std::size_t k = 0; k < track.sightings.size(); ++k) {
+    const double time_s = static_cast<double>(k) / kLong.frame_rate_hz;
+    const double covered = std::max(0.0, (time_s - from_s) / (kCoveredAt_s - kCoverFrom_s));
+    auto& right = track.sightings[k].right;
+    right->flux *= 1.0 - covered;
+    right->centre_px.x() -= 0.6 * covered;
+    if (covered > 0.9) right.reset();
+  }
+  return track;
+}
+
+TEST(HalfHidden, WhileALampIsBeingCoveredItSaysNothingOfItsPlace) {
+  const VehicleTrack whole = without_half_hidden(covered_from(kCoverFrom_s));
+  for (std::size_t k = 0; k < whole.sightings.size(); ++k) {
+    const double time_s = static_cast<double>(k) / kLong.frame_rate_hz;
+    EXPECT_TRUE(whole.sightings[k].left);
+    if (time_s >= kCoverFrom_s && time_s <= kCoverFrom_s + 0.2) continue;
+    EXPECT_EQ(whole.sightings[k].right.has_value(), time_s < kCoverFrom_s) << time_s;
+  }
+}
+
+TEST(HalfHidden, WhatUncoversIsAsWhatIsBeingCovered) {
+  VehicleTrack backwards = covered_from(kCoverFrom_s);
+  std::vector<CameraTime> times;
+  for (const VehicleSighting& one : backwards.sightings) times.push_back(one.time);
+  std::ranges::reverse(backwards.sightings);
+  for (std::size_t k = 0; k < times.size(); ++k) backwards.sightings[k].time = times[k];
+  const VehicleTrack whole = without_half_hidden(backwards);
+  const auto rights = [](const VehicleTrack& track) {
+    return std::ranges::count_if(track.sightings, [](const auto& one) { return !!one.right; });
+  };
+  EXPECT_EQ(rights(whole), rights(without_half_hidden(covered_from(kCoverFrom_s))));
+}
+
+// Its light falls, as in the beam's side, and it drives out of the image with the other.
+TEST(HalfHidden, ALampThatDrivesOutOfTheImageFaintlyStays) {
+  VehicleTrack track = covered_from(kCoverFrom_s);
+  std::erase_if(track.sightings,
+                [](const VehicleSighting& one) { return seconds_of(one.time) > kCoveredAt_s; });
+  const VehicleTrack whole = without_half_hidden(track);
+  const auto rights = std::ranges::count_if(whole.sightings,
+                                            [](const VehicleSighting& one) { return !!one.right; });
+  EXPECT_GT(rights, 40);
 }
 
 // A lamp alone that comes nearer, the first frames of it behind something.
