@@ -10,22 +10,44 @@
 namespace vildar {
 namespace {
 
+bool earlier(const DelayRows::Row& row, double tau_s) { return row.tau_s < tau_s; }
+
+// Of a weighted sum over the rows of one side.
+struct Told {
+  Eigen::VectorXd of_unknowns;  // by the root of their covariance, so that a square is information
+  double pull = 0.0, weight = 0.0;
+
+  void add(double share, const Told& row) {
+    of_unknowns += share * row.of_unknowns;
+    pull += share * row.pull;
+    weight += share * share * row.weight;
+  }
+};
+
 // A fit near its optimum, as linear in all its unknowns and in how unlike the photodiodes are: of
 // their gains and angles little is known, and what they receive unlike where they stand is the last
 // unknown.
 struct Tangent {
-  std::vector<int> moved;
-  Eigen::LDLT<Eigen::MatrixXd> information;
-  Eigen::VectorXd step;  // to the optimum, of `moved`
-  std::vector<DelayModel::Line> lines;
+  std::vector<Told> rows;   // of power in one row: pull is what it misses at the optimum
+  std::vector<Told> later;  // and in all rows of its side from that one on
 };
 
-Tangent tangent(const DelayModel& model, const DelayRows& rows, const LightFit& fit) {
-  Tangent found;
+// As it is at `fit`, and where the data ask for the optimum.
+struct Linear {
+  std::vector<int> moved;
+  std::vector<DelayModel::Line> lines;
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;
+};
+
+Linear linear(const DelayModel& model, const DelayRows& rows, const LightFit& fit) {
+  Linear found;
   const DelayModel::Point point = model.at(fit.value, true);
   const auto unlike = static_cast<int>(fit.value.size());
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(unlike + 1, unlike + 1);
-  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(unlike + 1);
+  Eigen::MatrixXd& information = found.information;
+  Eigen::VectorXd& gradient = found.gradient;
+  information = Eigen::MatrixXd::Zero(unlike + 1, unlike + 1);
+  gradient = Eigen::VectorXd::Zero(unlike + 1);
   information.topLeftCorner(unlike, unlike) = point.information;
   gradient.head(unlike) = point.gradient;
   found.moved = model.free(fit.moves);
@@ -58,8 +80,38 @@ Tangent tangent(const DelayModel& model, const DelayRows& rows, const LightFit& 
     information(unlike, unlike) += weight * slope * slope;
     gradient[unlike] += weight * slope * line.beyond;
   }
-  found.information.compute(information(found.moved, found.moved));
-  found.step = -found.information.solve(gradient(found.moved));
+  return found;
+}
+
+Tangent tangent(const DelayModel& model, const DelayRows& rows, const LightFit& fit) {
+  const Linear near = linear(model, rows, fit);
+  const Eigen::LDLT<Eigen::MatrixXd> solver(near.information(near.moved, near.moved));
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(near.gradient.size());
+  step(near.moved) = -solver.solve(near.gradient(near.moved));
+  const auto count = static_cast<Eigen::Index>(rows.rows.size());
+  Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(near.gradient.size(), count);
+  std::vector<double> missed(rows.rows.size());
+  for (std::size_t i = 0; i < missed.size(); ++i) {
+    missed[i] = near.lines[i].beyond;
+    for (const DelayModel::Term& term : near.lines[i].terms) {
+      missed[i] += term.slope * step[term.parameter];
+      slopes(term.parameter, static_cast<Eigen::Index>(i)) += term.slope;
+    }
+  }
+  Eigen::MatrixXd roots =
+      solver.transpositionsP() * Eigen::MatrixXd(slopes(near.moved, Eigen::all));
+  solver.matrixL().solveInPlace(roots);
+  Tangent found;
+  for (std::size_t i = 0; i < missed.size(); ++i) {
+    const double weight = 1.0 / (rows.rows[i].sigma * rows.rows[i].sigma);
+    const auto root = roots.col(static_cast<Eigen::Index>(i)).array();
+    const auto known = solver.vectorD().array();
+    found.rows.push_back({weight * (known > 0.0).select(root / known.max(1e-300).sqrt(), 0.0),
+                          weight * missed[i], weight});
+  }
+  found.later = found.rows;
+  for (std::size_t i = found.later.size() - 1; i-- > 0;)
+    if (rows.rows[i].far == rows.rows[i + 1].far) found.later[i].add(1.0, found.later[i + 1]);
   return found;
 }
 
@@ -69,27 +121,28 @@ struct Explained {
 };
 
 // By how much chi-square falls with such light, all else following.
-Explained explained_by(const CommonLight& light, const DelayRows& rows, const Tangent& fit,
-                       Eigen::Index unknowns) {
-  Eigen::MatrixX2d across = Eigen::MatrixX2d::Zero(unknowns + 1, 2);
-  Eigen::Vector2d own = Eigen::Vector2d::Zero(), gradient = Eigen::Vector2d::Zero();
-  for (std::size_t i = 0; i < rows.rows.size(); ++i) {
-    const DelayRows::Row& row = rows.rows[i];
-    const double share = light.share(row.tau_s);
-    if (share == 0.0) continue;
-    const Eigen::Index side = row.far ? 1 : 0;
-    const double weighed = share / (row.sigma * row.sigma);
-    own[side] += weighed * share;
-    gradient[side] += weighed * fit.lines[i].beyond;
-    for (const DelayModel::Term& term : fit.lines[i].terms)
-      across(term.parameter, side) += weighed * term.slope;
+Explained explained_by(const CommonLight& light, const DelayRows& rows, const Tangent& fit) {
+  Eigen::MatrixX2d across(fit.rows.front().of_unknowns.size(), 2);
+  Eigen::Vector2d own, pull;
+  const auto far = std::ranges::find(rows.rows, true, &DelayRows::Row::far);
+  for (const bool of_far : {false, true}) {
+    const auto end = of_far ? rows.rows.end() : far;
+    const auto [before, after] = light.between_s();
+    const auto first = std::lower_bound(of_far ? far : rows.rows.begin(), end, before, earlier);
+    const auto whole = std::lower_bound(first, end, after, earlier);
+    const auto at = [&](auto row) { return static_cast<std::size_t>(row - rows.rows.begin()); };
+    Told sum{Eigen::VectorXd::Zero(across.rows())};
+    if (whole != end) sum = fit.later[at(whole)];
+    for (auto row = first; row != whole; ++row) sum.add(light.share(row->tau_s), fit.rows[at(row)]);
+    const Eigen::Index side = of_far ? 1 : 0;
+    across.col(side) = sum.of_unknowns;
+    own[side] = sum.weight;
+    pull[side] = sum.pull;
   }
   constexpr double kLeastTold = 1e-6;  // of what the light alone would tell
-  const Eigen::MatrixX2d both = across(fit.moved, Eigen::all);
-  Eigen::Matrix2d information = -both.transpose() * fit.information.solve(both);
-  information.diagonal() += (1.0 + kLeastTold) * own;
   if (!(own.minCoeff() > 0.0)) return {};
-  const Eigen::Vector2d pull = gradient + both.transpose() * fit.step;
+  Eigen::Matrix2d information = -across.transpose() * across;
+  information.diagonal() += (1.0 + kLeastTold) * own;
   Explained found;
   found.power = -information.ldlt().solve(pull);
   found.chi2 = -pull.dot(found.power);
@@ -122,7 +175,7 @@ std::optional<FoundLight> find_common_light(const DelayModel& model, const Delay
     const double apart_s = std::max(0.5 * width_s, rows.block_s);
     for (double tau_s = rows.first_s; tau_s < rows.last_s; tau_s += apart_s) {
       const CommonLight light{tau_s, width_s};
-      const Explained found = explained_by(light, rows, near, fit.value.size());
+      const Explained found = explained_by(light, rows, near);
       const double chi2 = found.chi2 / fit.noise_factor;
       if (chi2 > best.chi2 && is_alike(found.power)) best = {light, chi2};
     }

@@ -18,10 +18,9 @@ const double kAccelerationStd_mps2 = std::sqrt(kAccelerationVariance_m2ps4);
 }  // namespace
 
 double CommonLight::share(double at_tau_s) const {
-  constexpr double kAll = 6.0;  // but for 1e-17
-  const double before = (tau_s - at_tau_s) / width_s;
-  if (std::abs(before) > kAll) return before > 0.0 ? 0.0 : 1.0;
-  return 0.5 * std::erfc(before);
+  const auto [from_s, to_s] = between_s();
+  if (at_tau_s < from_s || at_tau_s > to_s) return at_tau_s < tau_s ? 0.0 : 1.0;
+  return 0.5 * std::erfc((tau_s - at_tau_s) / width_s);
 }
 
 DelayModel::DelayModel(const DelayProblem& problem, const DelayRows& rows, CubicSpline curve,
@@ -146,8 +145,8 @@ DelayModel::Motion DelayModel::motion_at(const Eigen::VectorXd& value, double ta
   return motion;
 }
 
-void DelayModel::put_line(const DelayRows::Row& row, const Eigen::VectorXd& value,
-                          Line& line) const {
+void DelayModel::put_line(const DelayRows::Row& row, const Eigen::VectorXd& value, Line& line,
+                          Slopes slopes) const {
   const double per_mps = std::exp(value[kLogDelay]) / problem_.pose.baseline_m.mean;
   const auto [local, by_log_delay, gain, light, slope] = light_of(row, value);
   line.light = light;
@@ -160,6 +159,7 @@ void DelayModel::put_line(const DelayRows::Row& row, const Eigen::VectorXd& valu
   for (std::size_t k = 0; k < rows_.common.size(); ++k)
     if (const double share = rows_.common[k].share(row.tau_s); share != 0.0)
       terms.push_back({first_common() + 2 * static_cast<int>(k) + (row.far ? 1 : 0), share});
+  if (slopes == Slopes::linear) return;
   terms.push_back({kAlpha, 0.5 * slope * row.tau_s * row.tau_s});
   terms.push_back({kLogDelay, slope * by_log_delay});
   if (row.far)
@@ -172,34 +172,42 @@ void DelayModel::put_line(const DelayRows::Row& row, const Eigen::VectorXd& valu
       terms.push_back({first_step() + static_cast<int>(k), slope * per_mps * way});
 }
 
-void DelayModel::add_rows(Point& point) const {
+void DelayModel::add_rows(Point& point, Slopes slopes) const {
   Line line;
   for (const DelayRows::Row& row : rows_.rows) {
-    put_line(row, point.value, line);
+    put_line(row, point.value, line, slopes);
     const double weight = 1.0 / (row.sigma * row.sigma);
     point.cost += 0.5 * weight * line.beyond * line.beyond;
-    for (const Term& one : line.terms) {
-      const double scaled = weight * one.slope;
-      point.gradient[one.parameter] += scaled * line.beyond;
-      point.doubt[one.parameter] += scaled * line.light * row.doubt;
-      for (const Term& other : line.terms)
-        point.information(one.parameter, other.parameter) += scaled * other.slope;
+    for (auto one = line.terms.begin(); one != line.terms.end(); ++one) {
+      const double scaled = weight * one->slope;
+      point.gradient[one->parameter] += scaled * line.beyond;
+      point.doubt[one->parameter] += scaled * line.light * row.doubt;
+      for (auto other = line.terms.begin(); other <= one; ++other) {
+        const auto [lower, upper] = std::minmax(one->parameter, other->parameter);
+        point.information(upper, lower) += scaled * other->slope;
+      }
     }
   }
+  point.information.triangularView<Eigen::StrictlyUpper>() = point.information.transpose();
 }
 
 DelayModel::Point DelayModel::at(const Eigen::VectorXd& value, bool with_derivatives) const {
+  if (with_derivatives) return about(value, Slopes::all);
   Point point;
   point.value = value;
-  if (with_derivatives) {
-    point.information = Eigen::MatrixXd::Zero(value.size(), value.size());
-    point.gradient = Eigen::VectorXd::Zero(value.size());
-    point.doubt = Eigen::VectorXd::Zero(value.size());
-    add_rows(point);
-  } else {
-    point.cost = 0.5 * residuals(value).squaredNorm();
-  }
-  add_priors(point, with_derivatives);
+  point.cost = 0.5 * residuals(value).squaredNorm();
+  add_priors(point, false);
+  return point;
+}
+
+DelayModel::Point DelayModel::about(const Eigen::VectorXd& value, Slopes slopes) const {
+  Point point;
+  point.value = value;
+  point.information = Eigen::MatrixXd::Zero(value.size(), value.size());
+  point.gradient = Eigen::VectorXd::Zero(value.size());
+  point.doubt = Eigen::VectorXd::Zero(value.size());
+  add_rows(point, slopes);
+  add_priors(point, true);
   return point;
 }
 
@@ -238,7 +246,7 @@ void DelayModel::add_priors(Point& point, bool with_derivatives) const {
 
 double DelayModel::refit(Eigen::VectorXd& value) const {
   const Eigen::Index n = first_step() - kNearAmbient;
-  const Point point = at(value, true);
+  const Point point = about(value, Slopes::linear);
   const auto gradient = point.gradient.segment(kNearAmbient, n);
   const Eigen::VectorXd step =
       point.information.block(kNearAmbient, kNearAmbient, n, n).ldlt().solve(gradient);

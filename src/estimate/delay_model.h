@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -33,6 +35,11 @@ struct CommonLight {
 
   /// How much of it is there at a time from the reference, 0 to 1.
   double share(double at_tau_s) const;
+  /// From when on and until when that is not 0 or 1 to within 1e-17.
+  std::pair<double, double> between_s() const {
+    constexpr double kAll = 6.0;
+    return {tau_s - kAll * width_s, tau_s + kAll * width_s};
+  }
 };
 
 /// Blocks of both sides in power units, times from the reference.
@@ -99,7 +106,10 @@ class DelayModel {
     double beyond = 0.0, light = 0.0;
     std::vector<Term> terms;
   };
-  void put_line(const DelayRows::Row& row, const Eigen::VectorXd& value, Line& line) const;
+  /// By all unknowns, or by those alone in which all is linear: curve, ambient and common light.
+  enum class Slopes { all, linear };
+  void put_line(const DelayRows::Row& row, const Eigen::VectorXd& value, Line& line,
+                Slopes slopes = Slopes::all) const;
   /// Of each common light, on the near and the far side.
   std::vector<std::array<double, 2>> common_powers(const Eigen::VectorXd& value) const;
   /// Their sum in a row.
@@ -131,7 +141,8 @@ class DelayModel {
   /// Of the ambient and of common light.
   double other_light(const DelayRows::Row& row, const Eigen::VectorXd& value) const;
   Light light_of(const DelayRows::Row& row, const Eigen::VectorXd& value) const;
-  void add_rows(Point& point) const;
+  Point about(const Eigen::VectorXd& value, Slopes slopes) const;
+  void add_rows(Point& point, Slopes slopes) const;
   void add_priors(Point& point, bool with_derivatives) const;
 
   const DelayProblem& problem_;
