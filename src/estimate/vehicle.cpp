@@ -181,11 +181,15 @@ void clear_light(Miss why, VehicleResult& result) {
 }
 
 // Adds the method `fused`, and where it holds makes it the one the program stands by; the
-// trajectories are then those of both sensors.
+// trajectories are then those of both sensors. A pass that ends when the camera has the vehicle
+// there bears the clocks out.
 void fuse(const VehicleTrack& track, const Site& site, std::span<const VehiclePower> power,
-          const DelayFit* delay, std::vector<Trajectory>& trajectories, VehicleResult& result) {
+          const DelayFit* delay, bool passes_in_time, std::vector<Trajectory>& trajectories,
+          VehicleResult& result) {
   MethodResult method{Method::fused, Miss::unobservable, result.n_frames, ""};
-  if (const auto fault = delay ? clock_fault(trajectories.front(), site, power) : std::nullopt) {
+  const auto fault =
+      delay && !passes_in_time ? clock_fault(trajectories.front(), site, power) : std::nullopt;
+  if (fault) {
     clear_light(Miss::sensors_contradict, result);
     for (MethodResult& row : result.methods)
       if (row.method == Method::delay_photodiodes) row.speed = Miss::sensors_contradict;
@@ -443,7 +447,8 @@ VehicleEstimate estimate_vehicle(const VehicleTrack& track, const Site& site,
       if (delay.spoilt)
         leave_to_camera(delay, result);
       else if (trajectory && !result.withheld)
-        fuse(track, site, power, delay.fit ? &*delay.fit : nullptr, trajectories, result);
+        fuse(track, site, power, delay.fit ? &*delay.fit : nullptr, own_pass.has_value(),
+             trajectories, result);
       else if (delay.fit)
         stand_in(*delay.fit, result);
     }

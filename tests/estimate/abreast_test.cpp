@@ -124,12 +124,13 @@ class BesideACamera : public Abreast {
     site_.road.lanes.push_back({"far", {-7.5, 0.3}, 3.5, Direction::oncoming});
   }
   VehicleResult seen_with(const std::vector<PowerTrace>& traces, const Site& site,
-                          const PowerTrace* own_light = nullptr) {
+                          const PowerTrace* own_light = nullptr,
+                          const std::optional<OwnPass>& own_pass = {}) {
     const simulated::Vehicle near{20.0, 0.0, 80.0, -4.0, 0.65, 1.2};
     const VehicleTrack track = track_of(near, site, {.from_s = 0.5, .to_s = 3.4}, random_);
     const std::vector<VehiclePower> power{{&traces[0], false, own_light},
                                           {&traces[1], false, own_light}};
-    return estimate_vehicle(track, site, power).result;
+    return estimate_vehicle(track, site, power, own_pass).result;
   }
   static const MethodResult& delay_in(const VehicleResult& result) {
     return *std::ranges::find(result.methods, Method::delay_photodiodes, &MethodResult::method);
@@ -212,6 +213,23 @@ TEST_F(BesideACamera, AClockThatIsOffLeavesTheSpeedToIt) {
     ASSERT_FALSE(result.warnings.empty()) << late_s;
     EXPECT_NE(result.warnings[0].find("check both clocks"), std::string::npos) << late_s;
   }
+}
+
+// Where light does not fit the bearings for other reasons, as that of others, another clock may fit
+// by chance; a pass that was found at the time of the vehicle is its own by the clock as it is.
+TEST_F(BesideACamera, NoClockIsDoubtedByWhichTheVehiclesOwnPassEnds) {
+  auto traces = traces_of({{20.0, kNear2_m2}}, random_);
+  for (PowerTrace& trace : traces)
+    for (double& time_s : trace.time_s) time_s += 0.6;
+  PowerPass pass;
+  pass.from_s = traces[0].time_s.front();
+  pass.peak_s = pass.to_s = 4.0 + 0.6;
+  const VehicleResult result = seen_with(traces, site_, nullptr, OwnPass{pass, traces});
+  ASSERT_TRUE(std::holds_alternative<SpeedEstimate>(delay_in(result).speed));
+  EXPECT_LT(std::abs(std::get<SpeedEstimate>(delay_in(result).speed).speed_mps - 20.0), 0.2);
+  EXPECT_TRUE(std::ranges::none_of(result.warnings, [](const std::string& warning) {
+    return warning.find("check both clocks") != std::string::npos;
+  }));
 }
 
 TEST_F(BesideACamera, AClockToldLooselyIsFoundFromTheLight) {
