@@ -21,6 +21,7 @@
 #include "pipelines/calibration_inputs.h"
 #include "pipelines/commands.h"
 #include "pipelines/recorded_passes.h"
+#include "pipelines/relearning.h"
 
 namespace vildar {
 namespace {
@@ -67,6 +68,49 @@ void refuse_moved_camera(const std::vector<fs::path>& folders,
                    text_of(turned->by_other, turned->by_other.after) +
                    "; the camera was moved between these runs, or they are of different sites: "
                    "calibrate from the runs of one mounting");
+}
+
+// The same clip in another container has another digest, and its passes would count twice, too.
+void refuse_same_passes(const std::vector<fs::path>& folders,
+                        const std::vector<std::vector<VehicleTrack>>& runs) {
+  const auto alike = [](const VehicleTrack& one, const VehicleTrack& other) {
+    const auto places = [](const VehicleTrack& track) {
+      std::vector<double> found;
+      for (const VehicleSighting* seen : {&track.sightings.front(), &track.sightings.back()})
+        for (const auto& lamp : {seen->left, seen->right})
+          if (lamp) found.insert(found.end(), {lamp->centre_px.x(), lamp->centre_px.y()});
+      return found;
+    };
+    return one.sightings.size() == other.sightings.size() && places(one) == places(other);
+  };
+  constexpr std::ptrdiff_t kFewest = 2;
+  for (std::size_t i = 0; i < runs.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const auto same = std::ranges::count_if(runs[i], [&](const VehicleTrack& pass) {
+        return std::ranges::any_of(runs[j],
+                                   [&](const VehicleTrack& other) { return alike(pass, other); });
+      });
+      if (same < kFewest || 2 * same < std::ssize(runs[i])) continue;
+      throw ConfigError(
+          {{folders[i].string(), 0, "",
+            std::to_string(same) + " of its passes are those of " + folders[j].string() +
+                " to the last digit, as of one clip in two files; they would count "
+                "twice",
+            "name one run of each clip"}});
+    }
+}
+
+// So far from the file that either is wrong: what is not learned, as a lens that the file does not
+// describe, bends what is, and speeds would be worse for it.
+void refuse_what_denies_the_file(const SiteLearning& learning, const fs::path& site_file) {
+  const auto most = learning.denied();
+  if (!most) return;
+  throw InputError(site_file.string() + ": " + most->key + " is stated as " +
+                   text_of(*most, most->before) + ", which the passes put " +
+                   fixed_text(std::abs(most->strain), 1) + " sigmas off, at " +
+                   text_of(*most, most->after) +
+                   "; nothing is written: measure it (focal_px, principal_px and distortion with a "
+                   "calibration board), or state the std that it is known to, and calibrate again");
 }
 
 // The runs of which most passes were left out, though of the others most were not: of another
@@ -124,6 +168,16 @@ std::vector<std::string> warnings_of(const SiteLearning& learning,
   return found;
 }
 
+std::vector<LearnedFrom::Before> befores_of(const SiteLearning& learning) {
+  std::vector<LearnedFrom::Before> befores;
+  for (const LearnedQuantity& quantity : learning.quantities)
+    if (quantity.after != quantity.before)
+      befores.push_back({quantity.key,
+                         {for_people(quantity, quantity.before.mean),
+                          for_people(quantity, quantity.before.std)}});
+  return befores;
+}
+
 std::string text_report(const SiteLearning& learning) {
   std::string out = std::to_string(learning.passes()) + " passes";
   for (const auto& [reason, count] : learning.left_out)
@@ -176,7 +230,8 @@ std::string json_report(const SiteLearning& learning, const std::vector<std::str
 }
 
 void calibrate_mount(const RunsArguments& arguments) {
-  const Site site = load_fixed_site(arguments.site);
+  const Site given = load_fixed_site(arguments.site);
+  const Site site = before_learning(given, given.learned.mount);
   refuse_repeated(arguments.runs);
   std::vector<std::vector<VehicleTrack>> runs;
   for (const fs::path& folder : arguments.runs) {
@@ -184,6 +239,7 @@ void calibrate_mount(const RunsArguments& arguments) {
     for (RecordedPass& pass : read_recorded_passes(folder, *site.camera))
       if (pass.sound) run.push_back(std::move(pass.track));
   }
+  refuse_same_passes(arguments.runs, runs);
   if (runs.size() > 1) refuse_moved_camera(arguments.runs, runs, site);
   std::vector<VehicleTrack> passes;
   std::vector<std::size_t> passes_of_run;
@@ -192,8 +248,14 @@ void calibrate_mount(const RunsArguments& arguments) {
     std::ranges::move(run, std::back_inserter(passes));
   }
   const SiteLearning learning = learn(passes, site);
-  write_file_atomically(arguments.out, effective_site_yaml(learning.site));
-  const std::vector<std::string> warnings = warnings_of(learning, arguments.runs, passes_of_run);
+  refuse_what_denies_the_file(learning, arguments.site);
+  Site learned = learning.site;
+  learned.learned.mount = {befores_of(learning), clips_of(arguments.runs)};
+  write_file_atomically(arguments.out, effective_site_yaml(learned));
+  std::vector<std::string> warnings = warnings_of(learning, arguments.runs, passes_of_run);
+  if (auto forgotten = text_of_forgotten(given.learned.mount, learned.learned.mount->clips);
+      !forgotten.empty())
+    warnings.push_back(std::move(forgotten));
   for (const std::string& warning : warnings) std::cerr << "warning: " << warning << "\n";
   std::cout << (arguments.json ? json_report(learning, warnings) : text_report(learning))
             << std::flush;
@@ -217,9 +279,9 @@ void add_calibrate_mount(CLI::App& calibrate, int& exit_code) {
       "standard\n"
       "deviations; the report tells each before and after, and what no pass can tell. See\n"
       "docs/calibration.md.\n"
-      "Exit codes: 0 done; 2 usage or site file; 3 a run cannot be read, too few passes, or a "
-      "camera\n"
-      "that was moved between runs; 5 the output cannot be written; 1 internal error.");
+      "Exit codes: 0 done; 2 usage or site file; 3 a run cannot be read, too few passes, a camera\n"
+      "that was moved between runs, or passes that deny the site file; 5 the output cannot be "
+      "written; 1 internal error.");
   add_runs_arguments(*command, calibrate_mount, exit_code);
 }
 

@@ -20,6 +20,7 @@
 #include "pipelines/calibration_inputs.h"
 #include "pipelines/commands.h"
 #include "pipelines/recorded_passes.h"
+#include "pipelines/relearning.h"
 #include "pipelines/run_traces.h"
 #include "pipelines/vehicle_power.h"
 
@@ -227,6 +228,17 @@ std::vector<std::string> warnings_of(const Learning& learning) {
   return found;
 }
 
+std::vector<LearnedFrom::Before> befores_of(const Learning& learning) {
+  std::vector<LearnedFrom::Before> befores;
+  const auto add = [&](const std::string& key, const Change& change) {
+    if (change.learned) befores.push_back({key, change.before});
+  };
+  if (learning.clock) add("time_offset_s", change_of(learning.clock->clock));
+  if (learning.gains)
+    for (const LearnedGain& gain : learning.gains->gains) add(gain.key, change_of(gain));
+  return befores;
+}
+
 std::string text_report(const Learning& learning) {
   std::string out = std::to_string(learning.passes) + " passes that the camera followed\n";
   if (learning.clock) {
@@ -275,7 +287,8 @@ std::string json_report(const Learning& learning, const std::vector<std::string>
 }
 
 void calibrate_photodiode(const RunsArguments& arguments) {
-  const Site site = load_fixed_site(arguments.site);
+  const Site given = load_fixed_site(arguments.site);
+  const Site site = before_learning(given, given.learned.photodiode);
   if (site.photodiodes.empty())
     throw ConfigError({{arguments.site.string(), 0, "", "the site has no photodiode",
                         "add a `photodiodes:` section"}});
@@ -283,8 +296,14 @@ void calibrate_photodiode(const RunsArguments& arguments) {
   std::list<LitRun> runs;
   for (const fs::path& run : arguments.runs) runs.push_back(read_run(run, arguments.site, site));
   const Learning learning = learn(runs, site, arguments.site);
-  write_file_atomically(arguments.out, effective_site_yaml(learning.site()));
-  const std::vector<std::string> warnings = warnings_of(learning);
+  Site learned = learning.site();
+  learned.learned.photodiode = {befores_of(learning), clips_of(arguments.runs)};
+  write_file_atomically(arguments.out, effective_site_yaml(learned));
+  std::vector<std::string> warnings = warnings_of(learning);
+  if (auto forgotten =
+          text_of_forgotten(given.learned.photodiode, learned.learned.photodiode->clips);
+      !forgotten.empty())
+    warnings.push_back(std::move(forgotten));
   for (const std::string& warning : warnings) std::cerr << "warning: " << warning << "\n";
   std::cout << (arguments.json ? json_report(learning, warnings) : text_report(learning))
             << std::flush;

@@ -20,13 +20,6 @@ namespace vildar {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-struct GivenFile {
-  std::string role, path, sha256;
-};
-
-// What its run.json says that a run was given; what cannot be read is told by who needs it.
 std::vector<GivenFile> inputs_of_run(const fs::path& run) {
   std::ifstream stream(run / "run.json");
   const nlohmann::json json = nlohmann::json::parse(stream, nullptr, false);
@@ -40,8 +33,6 @@ std::vector<GivenFile> inputs_of_run(const fs::path& run) {
     inputs.push_back({text(input, "role"), text(input, "path"), text(input, "sha256")});
   return inputs;
 }
-
-}  // namespace
 
 void add_runs_arguments(CLI::App& command, std::function<void(const RunsArguments&)> calibrate,
                         int& exit_code) {

@@ -24,6 +24,13 @@ struct RunsArguments {
 void add_runs_arguments(CLI::App& command, std::function<void(const RunsArguments&)> calibrate,
                         int& exit_code);
 
+/// What run.json says that a run was given.
+struct GivenFile {
+  std::string role, path, sha256;
+};
+/// Empty where it cannot be read, which is told by who needs it.
+std::vector<GivenFile> inputs_of_run(const std::filesystem::path& run);
+
 /// The site of a camera that stands still; throws ConfigError where it has none, or one that
 /// drives.
 Site load_fixed_site(const std::filesystem::path& file);

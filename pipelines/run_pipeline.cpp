@@ -322,6 +322,20 @@ MeasuredClip measured_as_taken(ClipSource& clip, const RunOptions& options, cons
   return again;
 }
 
+// A lens shows a wide pixel's width as fewer pixels: fy / fx is the pixels' width over their
+// height.
+std::string doubt_of_pixels(const CameraSite& camera, const ClipInfo& clip) {
+  constexpr double kAlike = 0.01, kSquare = 0.001;
+  const double declared = clip.pixel_aspect.value_or(1.0);
+  const double stated = camera.focal_px[1] / camera.focal_px[0];
+  if (std::abs(declared - 1.0) < kSquare || std::abs(std::log(declared / stated)) < kAlike)
+    return "";
+  return ": camera.focal_px: fy / fx is " + fixed_text(stated, 3) +
+         ", but the clip declares pixels " + fixed_text(declared, 3) +
+         " times as wide as high, which makes it that; speeds are wrong by as much where the clip "
+         "is right: give both focal lengths as measured in its pixels";
+}
+
 }  // namespace
 
 RunOutcome run_pipeline(const RunOptions& options) {
@@ -346,6 +360,8 @@ RunOutcome run_pipeline(const RunOptions& options) {
   if (options.clip) {
     ClipSource clip(*options.clip, options.clip_options);
     check_site_fits_clip(site, clip.info().width_px, clip.info().height_px);
+    if (auto doubt = doubt_of_pixels(*site.camera, clip.info()); !doubt.empty())
+      summary.warnings.push_back(options.site.string() + doubt);
     const std::vector<PowerTrace> traces = read_traces(options, site, summary);
     if (options.photodiode) timer.charge("read");
     auto [measurement, tracks, blobs] = measured_as_taken(clip, options, site, traces);

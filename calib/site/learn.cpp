@@ -239,6 +239,14 @@ bool SiteLearning::strains_the_file() const {
   return std::cbrt(chi2 * 4.5 * part) > 1.0 - part + kHundredth * std::sqrt(part);
 }
 
+std::optional<LearnedQuantity> SiteLearning::denied() const {
+  constexpr double kDenied = 4.5;
+  const auto most = std::ranges::max_element(
+      quantities, {}, [](const LearnedQuantity& one) { return std::abs(one.strain); });
+  if (most == quantities.end() || std::abs(most->strain) < kDenied) return std::nullopt;
+  return *most;
+}
+
 Outcome<SiteLearning> learn_site(std::span<const VehicleTrack> passes, const Site& site,
                                  int fewest) {
   if (!site.camera || site.ego) throw std::invalid_argument("learn_site: needs a fixed camera");

@@ -33,6 +33,8 @@ struct ClipInfo {
   int width_px = 0;       ///< upright, that is after the turn by rotation_deg
   int height_px = 0;      ///< upright
   int rotation_deg = 0;   ///< clockwise turn that shows the picture upright: 0, 90, 180 or 270
+  /// Width of a pixel over its height, upright, as declared; nothing where it is not.
+  std::optional<double> pixel_aspect;
   int bit_depth = 8;
   std::string colour_range;  ///< "full" or "limited"; with " (assumed)" where the clip does not say
   double nominal_frame_rate_hz = 0.0;  ///< as declared; 0 where nothing is declared

@@ -236,6 +236,22 @@ EgoSite read_ego(const YamlMap& map) {
   return ego;
 }
 
+std::optional<LearnedFrom> read_learned(const YamlMap& learned, std::string_view command) {
+  const auto map = learned.map(command);
+  if (!map) return std::nullopt;
+  LearnedFrom from;
+  for (const YamlMap& element : map->maps("before")) {
+    LearnedFrom::Before& before = from.before.emplace_back();
+    element.require("key", before.key);
+    element.require("mean", before.stated.mean);
+    element.require("std", before.stated.std, kNotNegative);
+  }
+  const auto clips = map->find("clips");
+  if (const auto items = clips ? clips->items() : std::nullopt)
+    for (const YamlItem& item : *items) item.get(from.clips.emplace_back());
+  return from;
+}
+
 }  // namespace
 
 Site read_site(const YamlMap& map) {
@@ -251,6 +267,8 @@ Site read_site(const YamlMap& map) {
   if (const auto lamps = map.map("lamps")) site.lamps = read_lamps(*lamps);
   if (const auto channel = map.map("channel")) site.channel = read_channel(*channel);
   if (const auto ego = map.map("ego")) site.ego = read_ego(*ego);
+  if (const auto learned = map.map("learned"))
+    site.learned = {read_learned(*learned, "mount"), read_learned(*learned, "photodiode")};
   if (camera && (!site.ego || site.ego->stands())) suppose_aim(*camera, site.road, *site.camera);
   if (site.channel && !site.channel->beam.empty())
     for (const PhotodiodeSite& diode : site.photodiodes)

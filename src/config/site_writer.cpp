@@ -210,6 +210,20 @@ void write_channel(std::string& out, const ChannelSite& channel) {
   if (channel.lamp_power_told) lines.put("lamp_power_w", number(channel.lamp_power_w));
 }
 
+void write_learned(std::string& out, const std::string& command,
+                   const std::optional<LearnedFrom>& from) {
+  if (!from) return;
+  out += "  " + command + ":\n    before:";
+  out += from->before.empty() ? " []\n" : "\n";
+  for (const LearnedFrom::Before& before : from->before)
+    out += "    - {key: " + text_of(before.key) + ", mean: " + number(before.stated.mean) +
+           ", std: " + number(before.stated.std) + "}\n";
+  out += "    clips: [";
+  for (const std::string& clip : from->clips)
+    out += (&clip == &from->clips.front() ? "" : ", ") + text_of(clip);
+  out += "]\n";
+}
+
 }  // namespace
 
 std::string effective_site_yaml(const Site& site) {
@@ -231,6 +245,9 @@ std::string effective_site_yaml(const Site& site) {
       lines.put("speed_std_mps", number(site.ego->speed_mps.std));
     }
   }
+  if (site.learned != LearnedSite{}) out += "learned:\n";
+  write_learned(out, "mount", site.learned.mount);
+  write_learned(out, "photodiode", site.learned.photodiode);
   return out;
 }
 

@@ -136,13 +136,15 @@ std::vector<TrackRow> bearing_rows(const VehicleTrack& track, const Camera& came
     row.sighting = sighting;
     row.time_s = seconds_of(sighting.time);
     double variance = 0.0;
+    bool bound = false;
     for (const auto& lamp : {sighting.left, sighting.right}) {
       if (!lamp) continue;
       const LampLight light = light_of(*lamp);
       row.intensity += light.flux;
       variance += light.flux_sigma * light.flux_sigma;
+      bound = bound || is_bound(*lamp);
     }
-    row.intensity_std = std::sqrt(variance);
+    row.intensity_std = bound ? row.intensity : std::sqrt(variance);
     row.bearing_left_rad = bearing_of_lamp(sighting.left, camera);
     row.bearing_right_rad = bearing_of_lamp(sighting.right, camera);
     if (sighting.left && sighting.right)

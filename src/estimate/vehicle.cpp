@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "core/clock.h"
-#include "core/median.h"
 #include "core/quantity.h"
 #include "core/text.h"
 #include "estimate/camera_view.h"
@@ -25,54 +24,25 @@
 #include "estimate/pass_delay.h"
 #include "estimate/speed_budget.h"
 #include "estimate/speed_gate.h"
+#include "estimate/standing_light.h"
 #include "estimate/trajectory.h"
 
 namespace vildar {
 namespace {
 
 // Why a fitted speed is still not to be given, if so.
-std::optional<Miss> gate_speed(const VehicleTrack& track, const MotionState& state,
-                               const SpeedEstimate& speed) {
+std::optional<Miss> gate_speed(const VehicleTrack& track, const Site& site,
+                               const MotionState& state, const SpeedEstimate& speed) {
   constexpr double kClear = 3.0;  // sigmas
   if (track.ambiguous_identity) return Miss::ambiguous_identity;
   if (track.direction_contradicts) return Miss::direction_contradicts;
   if (std::abs(state.acceleration_mps2) > kHardestBraking_mps2) return Miss::bad_fit;
-  if (!useful(speed)) return Miss::too_uncertain;
+  if (!useful(speed) || may_be_a_post(track, site, speed)) return Miss::too_uncertain;
   if (too_fast(speed)) return Miss::not_on_road;
   const bool oncoming = track.direction == Direction::oncoming;
   if ((oncoming ? state.over_ground_mps : -state.over_ground_mps) < -kClear * speed.std_mps)
     return Miss::direction_contradicts;
   return std::nullopt;
-}
-
-// By how much the lights moved in the picture, by the medians of the first and the last third.
-double moved_px(const VehicleTrack& track) {
-  const std::size_t third = std::max<std::size_t>(track.sightings.size() / 3, 1);
-  const auto place = [&](std::size_t from) {
-    std::vector<double> u_px, v_px;
-    for (std::size_t k = from; k < from + third; ++k)
-      for (const auto* lamp : {&track.sightings[k].left, &track.sightings[k].right})
-        if (*lamp) {
-          u_px.push_back((*lamp)->centre_px.x());
-          v_px.push_back((*lamp)->centre_px.y());
-        }
-    return Eigen::Vector2d(median(std::move(u_px)), median(std::move(v_px)));
-  };
-  return (place(track.sightings.size() - third) - place(0)).norm();
-}
-
-// Before a camera that stands: lights that stay where they are all the time are letters burnt into
-// the picture, signs and street lamps, if no parked car.
-bool stands_all_the_time(const VehicleTrack& track, const Site& site, const Trajectory& trajectory,
-                         const SpeedEstimate& speed) {
-  constexpr double kStands_mps = 0.3, kSigmas = 1.5, kMostUnsure_mps = 1.0;
-  constexpr double kWay_m = 4.0, kMostMoved_px = 20.0;  // a mast that sways
-  if (site.ego) return false;
-  const double way_m =
-      trajectory.at(trajectory.from_s).range_m - trajectory.at(trajectory.to_s).range_m;
-  return speed.std_mps < kMostUnsure_mps &&
-         speed.speed_mps < kStands_mps + kSigmas * speed.std_mps && std::abs(way_m) < kWay_m &&
-         moved_px(track) < kMostMoved_px;
 }
 
 // The camera as the fit found it turned.
@@ -106,7 +76,7 @@ void report(const VehicleTrack& track, const Site& site, std::span<const Traject
   result.no_lane_probability = 0.0;
   for (const Trajectory& one : trajectories)
     if (one.lane.empty()) result.no_lane_probability += one.weight;
-  result.withheld = gate_speed(track, state, speed);
+  result.withheld = gate_speed(track, site, state, speed);
   if (!result.withheld && in_no_lane(track, site, trajectories)) {
     result.withheld = Miss::not_on_road;
     result.warnings.push_back(beside_the_lanes(state.lateral_m));

@@ -66,6 +66,14 @@ LampLight light_of(const Seen& seen) {
   return seen.lamp && seen.lamp->told() ? *seen.lamp : LampLight{seen.flux, seen.flux_sigma};
 }
 
+/// Whether light_of() is a lower bound: of a lamp that clips and no fit tells, or that the picture
+/// cuts.
+template <class Seen>
+bool is_bound(const Seen& seen) {
+  return has(seen.defects, Defect::cut_by_edge) ||
+         (has(seen.defects, Defect::saturated) && !(seen.lamp && seen.lamp->told()));
+}
+
 /// One bright spot of one frame. Positions are in the upright image (after the clip's rotation),
 /// pixel (0, 0) being the centre of the top-left pixel.
 struct Blob {

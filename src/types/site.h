@@ -165,6 +165,27 @@ struct EgoSite {
 };
 
 /// The site file of the contract (SPEC 2), angles in radians, paths resolved.
+/// What a calibration from runs put in the place of what a site file said before, so that it can be
+/// learned anew from there: runs that are given again would else count twice.
+struct LearnedFrom {
+  struct Before {
+    std::string key;   ///< of the site file
+    Uncertain stated;  ///< in the unit of the key
+
+    bool operator==(const Before&) const = default;
+  };
+  std::vector<Before> before;
+  std::vector<std::string> clips;  ///< SHA-256, hexadecimal
+
+  bool operator==(const LearnedFrom&) const = default;
+};
+
+struct LearnedSite {
+  std::optional<LearnedFrom> mount, photodiode;  ///< by `vildar calibrate` of that name
+
+  bool operator==(const LearnedSite&) const = default;
+};
+
 struct Site {
   std::filesystem::path file;
   std::optional<CameraSite> camera;
@@ -174,6 +195,7 @@ struct Site {
   LampsSite lamps;
   std::optional<ChannelSite> channel;
   std::optional<EgoSite> ego;
+  LearnedSite learned;
 
   bool operator==(const Site&) const = default;
 };

@@ -111,6 +111,16 @@ TEST(ClipSource, RangeComesFromTheClipAndAnAssumptionIsSaid) {
   }
 }
 
+TEST(ClipSource, SaysHowWideItsPixelsAre) {
+  const TemporaryFolder folder;
+  ClipSpec spec{.path = folder.path() / "aspect.mkv", .encoder = "ffv1", .frames = 2};
+  write_clip(spec, test::index_painter());
+  EXPECT_NEAR(ClipSource(spec.path).info().pixel_aspect.value_or(1.0), 1.0, 1e-9);
+  spec.pixel_aspect = {4, 3};
+  write_clip(spec, test::index_painter());
+  EXPECT_NEAR(ClipSource(spec.path).info().pixel_aspect.value_or(1.0), 4.0 / 3.0, 1e-3);
+}
+
 TEST(ClipSource, GreyInRgbBecomesTheSameFullRangeLuma) {
   const TemporaryFolder folder;
   ClipSpec spec{.path = folder.path() / "rgb.mkv",

@@ -87,6 +87,35 @@ TEST_F(Calibrate, MountIsLearnedFromARunAndUsedByTheNext) {
   EXPECT_NE(json.out.find("\"strain\""), std::string::npos) << json.out;
   EXPECT_NE(json.out.find("\"warnings\": []"), std::string::npos) << json.out;
   EXPECT_EQ(run({"run", clip, "--site", learned_file, "--out", path("second")}).code, 0);
+
+  // Learned on from what was learned, a run tells no more than before; as a second run in another
+  // container it would.
+  ASSERT_EQ(run({"calibrate", "mount", path("first"), "--site", learned_file, "--out",
+                 path("relearned.yaml")})
+                .code,
+            0);
+  const Site learned = load_site(learned_file), relearned = load_site(path("relearned.yaml"));
+  constexpr double kRounding = 1e-9;
+  EXPECT_NEAR(relearned.camera->pitch_rad.mean, learned.camera->pitch_rad.mean, kRounding);
+  EXPECT_NEAR(relearned.camera->pitch_rad.std, learned.camera->pitch_rad.std, kRounding);
+  EXPECT_NEAR(relearned.lamps.separation_m->std, learned.lamps.separation_m->std, kRounding);
+  EXPECT_EQ(relearned.learned, learned.learned);
+  ASSERT_EQ(learned.learned.mount->clips.size(), 1U);
+  const std::string digest = learned.learned.mount->clips.front();
+  fs::copy(path("first"), path("remuxed"));
+  std::string told = test::bytes_of(path("remuxed/run.json"));
+  for (auto at = told.find(digest); at != std::string::npos; at = told.find(digest))
+    told[at] = told[at] == '0' ? '1' : '0';
+  folder_.write("remuxed/run.json", told);
+  test::expect_told(run({"calibrate", "mount", path("first"), path("remuxed"), "--site", site,
+                         "--out", path("none.yaml")}),
+                    2, {"remuxed", "to the last digit", "name one run of each clip"});
+  const test::Ran other = run({"calibrate", "mount", path("remuxed"), "--site", learned_file,
+                               "--out", path("others.yaml")});
+  EXPECT_EQ(other.code, 0);
+  EXPECT_NE(other.err.find("1 of the 1 clips that the site file was learned from"),
+            std::string::npos)
+      << other.err;
   const test::Ran score =
       run({"evaluate", path("second"), path("scene"), "--require", "recall>=0.85", "--require",
            "share_within_limits>=0.7", "--require", "false==0"});

@@ -114,6 +114,8 @@ void write_clip(const ClipSpec& spec, const Painter& paint) {
   AVStream* stream = avformat_new_stream(container.get(), nullptr);
   checked(avcodec_parameters_from_context(stream->codecpar, codec.get()),
           "avcodec_parameters_from_context");
+  stream->sample_aspect_ratio = {spec.pixel_aspect[0], spec.pixel_aspect[1]};
+  stream->codecpar->sample_aspect_ratio = stream->sample_aspect_ratio;
   stream->time_base = codec->time_base;
   if (spec.stamps_ms.empty()) stream->avg_frame_rate = codec->framerate;
   if (spec.rotate_clockwise_deg != 0) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -25,6 +26,7 @@ struct ClipSpec {
   bool full_range = false;
   bool state_range = true;  ///< false: the clip does not say which range it is in
   int keyframe_interval = 10;
+  std::array<int, 2> pixel_aspect{0, 1};  ///< width, height; 0: not declared
   std::map<std::string, std::string> encoder_options = {}, muxer_options = {};
 };
 

@@ -151,6 +151,11 @@ TEST(LearnSite, SaysThatASiteFileIsStrainedWhereItIsWrong) {
   const SiteLearning learning = learning_of(scene);
   EXPECT_LT(quantity(learning, "lamps.separation_m").strain, -3.5);
   EXPECT_TRUE(learning.strains_the_file());
+  EXPECT_FALSE(learning.denied());
+  scene.stated.lamps.separation_m = Uncertain{1.8, 0.12};
+  const auto denied = learning_of(scene).denied();
+  ASSERT_TRUE(denied);
+  EXPECT_EQ(denied->key, "lamps.separation_m");
 }
 
 TEST(LearnSite, PassesOfAnotherCameraTakeNoPart) {
