@@ -60,10 +60,13 @@ TEST_F(DeadSensor, APhotodiodeOfNothingButNoiseLeavesThePassesToTheOther) {
   const std::string trace = with_column(
       (sample("photodiode_only") / "photodiode.csv").string(), 1,
       [&](const std::string&) { return number_text(1e-8 + random.normal(0.0, 3e-10)); });
-  expect_told(
-      run({"--photodiode", trace, "--site", (sample("photodiode_only") / "site.yaml").string()}), 0,
-      {});
+  const std::string site_file = (sample("photodiode_only") / "site.yaml").string();
+  expect_told(run({"--photodiode", trace, "--site", site_file}), 0,
+              {"trace.csv", "pd0 receives less than a hundredth", "check its cable"});
   EXPECT_EQ(lines_of(speeds()), 3U) << speeds();
+  const Ran sound = run({"--photodiode", (sample("photodiode_only") / "photodiode.csv").string(),
+                         "--site", site_file});
+  EXPECT_EQ(sound.err.find("hundredth"), std::string::npos) << sound.err;
 }
 
 TEST_F(DeadSensor, ADeadPhotodiodeBesideACameraLeavesTheCamerasSpeeds) {
