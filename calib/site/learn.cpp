@@ -167,6 +167,14 @@ double std_for_file(const Population& population, double std, const CameraSite& 
              : std;
 }
 
+// By how many of its own sigmas a mean has moved: from a prior data can lead as far as they took
+// its variance away.
+double strain_of(const Uncertain& prior, const Uncertain& learned) {
+  constexpr double kLeastTold = 0.1;  // of the variance
+  const double told = std::max(kLeastTold, 1.0 - std::pow(learned.std / prior.std, 2));
+  return (learned.mean - prior.mean) / (prior.std * std::sqrt(told));
+}
+
 SiteLearning learning_of(const Round& round, const Site& stated, const Site& present, int fewest) {
   SiteLearning learning;
   learning.site = stated;
@@ -190,7 +198,8 @@ SiteLearning learning_of(const Round& round, const Site& stated, const Site& pre
     if (quantity.passes >= fewest && is_stated(stated, population)) {
       quantity.after = {mean_for_file(population, population.mean_value(), *present.camera),
                         unit * std_for_file(population, stds[k], *stated.camera)};
-      quantity.strain = (round.learned.means[own] - population.mean.mean) / population.mean.std;
+      quantity.strain = strain_of(population.mean, {round.learned.means[own],
+                                                    std::sqrt(round.learned.covariance(own, own))});
       state(learning.site, population, quantity.after);
     }
     learning.quantities.push_back(quantity);

@@ -147,12 +147,12 @@ TEST(LearnSite, SaysThatASiteFileIsStrainedWhereItIsWrong) {
     EXPECT_FALSE(learning_of(scene_of(16, seed)).strains_the_file()) << seed;
   // Lamps wider apart than any here, which all other lengths deny.
   Scene scene = scene_of(16, 7);
-  scene.stated.lamps.separation_m = Uncertain{1.7, 0.12};
+  scene.stated.lamps.separation_m = Uncertain{1.6, 0.12};
   const SiteLearning learning = learning_of(scene);
   EXPECT_LT(quantity(learning, "lamps.separation_m").strain, -3.5);
   EXPECT_TRUE(learning.strains_the_file());
   EXPECT_FALSE(learning.denied());
-  scene.stated.lamps.separation_m = Uncertain{1.8, 0.12};
+  scene.stated.lamps.separation_m = Uncertain{1.7, 0.12};
   const auto denied = learning_of(scene).denied();
   ASSERT_TRUE(denied);
   EXPECT_EQ(denied->key, "lamps.separation_m");
