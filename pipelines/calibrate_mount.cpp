@@ -70,47 +70,19 @@ void refuse_moved_camera(const std::vector<fs::path>& folders,
                    "calibrate from the runs of one mounting");
 }
 
-// The same clip in another container has another digest, and its passes would count twice, too.
-void refuse_same_passes(const std::vector<fs::path>& folders,
-                        const std::vector<std::vector<VehicleTrack>>& runs) {
-  const auto alike = [](const VehicleTrack& one, const VehicleTrack& other) {
-    const auto places = [](const VehicleTrack& track) {
-      std::vector<double> found;
-      for (const VehicleSighting* seen : {&track.sightings.front(), &track.sightings.back()})
-        for (const auto& lamp : {seen->left, seen->right})
-          if (lamp) found.insert(found.end(), {lamp->centre_px.x(), lamp->centre_px.y()});
-      return found;
-    };
-    return one.sightings.size() == other.sightings.size() && places(one) == places(other);
-  };
-  constexpr std::ptrdiff_t kFewest = 2;
-  for (std::size_t i = 0; i < runs.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j) {
-      const auto same = std::ranges::count_if(runs[i], [&](const VehicleTrack& pass) {
-        return std::ranges::any_of(runs[j],
-                                   [&](const VehicleTrack& other) { return alike(pass, other); });
-      });
-      if (same < kFewest || 2 * same < std::ssize(runs[i])) continue;
-      throw ConfigError(
-          {{folders[i].string(), 0, "",
-            std::to_string(same) + " of its passes are those of " + folders[j].string() +
-                " to the last digit, as of one clip in two files; they would count "
-                "twice",
-            "name one run of each clip"}});
-    }
-}
-
 // So far from the file that either is wrong: what is not learned, as a lens that the file does not
 // describe, bends what is, and speeds would be worse for it.
 void refuse_what_denies_the_file(const SiteLearning& learning, const fs::path& site_file) {
   const auto most = learning.denied();
   if (!most) return;
-  throw InputError(site_file.string() + ": " + most->key + " is stated as " +
-                   text_of(*most, most->before) + ", which the passes put " +
-                   fixed_text(std::abs(most->strain), 1) + " sigmas off, at " +
-                   text_of(*most, most->after) +
-                   "; nothing is written: measure it (focal_px, principal_px and distortion with a "
-                   "calibration board), or state the std that it is known to, and calibrate again");
+  throw InputError(
+      site_file.string() + ": " + most->key + " is taken as " + text_of(*most, most->before) +
+      ", which the passes put " + fixed_text(std::abs(most->strain), 1) + " sigmas off, at " +
+      text_of(*most, most->after) +
+      "; nothing is written: a lens that the file does not describe does the same, so "
+      "measure focal_px, principal_px and distortion with a calibration board; else "
+      "measure this, or state the std that it is known to (not that which was learned, "
+      "where the file is a learned one), and calibrate again");
 }
 
 // The runs of which most passes were left out, though of the others most were not: of another
@@ -168,14 +140,15 @@ std::vector<std::string> warnings_of(const SiteLearning& learning,
   return found;
 }
 
-std::vector<LearnedFrom::Before> befores_of(const SiteLearning& learning) {
-  std::vector<LearnedFrom::Before> befores;
+std::vector<LearnedFrom::Quantity> learned_of(const SiteLearning& learning) {
+  std::vector<LearnedFrom::Quantity> quantities;
   for (const LearnedQuantity& quantity : learning.quantities)
     if (quantity.after != quantity.before)
-      befores.push_back({quantity.key,
-                         {for_people(quantity, quantity.before.mean),
-                          for_people(quantity, quantity.before.std)}});
-  return befores;
+      quantities.push_back(
+          {quantity.key,
+           {for_people(quantity, quantity.before.mean), for_people(quantity, quantity.before.std)},
+           *said_of(quantity.key, learning.site)});
+  return quantities;
 }
 
 std::string text_report(const SiteLearning& learning) {
@@ -231,7 +204,8 @@ std::string json_report(const SiteLearning& learning, const std::vector<std::str
 
 void calibrate_mount(const RunsArguments& arguments) {
   const Site given = load_fixed_site(arguments.site);
-  const Site site = before_learning(given, given.learned.mount);
+  std::vector<std::string> warnings;
+  const Site site = before_learning(given, given.learned.mount, warnings);
   refuse_repeated(arguments.runs);
   std::vector<std::vector<VehicleTrack>> runs;
   for (const fs::path& folder : arguments.runs) {
@@ -250,12 +224,11 @@ void calibrate_mount(const RunsArguments& arguments) {
   const SiteLearning learning = learn(passes, site);
   refuse_what_denies_the_file(learning, arguments.site);
   Site learned = learning.site;
-  learned.learned.mount = {befores_of(learning), clips_of(arguments.runs)};
+  learned.learned.mount = {learned_of(learning), clips_of(arguments.runs)};
   write_file_atomically(arguments.out, effective_site_yaml(learned));
-  std::vector<std::string> warnings = warnings_of(learning, arguments.runs, passes_of_run);
-  if (auto forgotten = text_of_forgotten(given.learned.mount, learned.learned.mount->clips);
-      !forgotten.empty())
-    warnings.push_back(std::move(forgotten));
+  std::ranges::move(warnings_of(learning, arguments.runs, passes_of_run),
+                    std::back_inserter(warnings));
+  warn_of_forgotten(given.learned.mount, learned.learned.mount->clips, warnings);
   for (const std::string& warning : warnings) std::cerr << "warning: " << warning << "\n";
   std::cout << (arguments.json ? json_report(learning, warnings) : text_report(learning))
             << std::flush;

@@ -66,6 +66,7 @@ struct LitRun {
   std::vector<PowerTrace> traces;
   std::vector<LitVehicle> lit;
   std::vector<bool> sound;
+  std::vector<VehicleTrack> tracks;
   std::vector<OfferedPower> offered;  ///< LitPass points into these
 };
 
@@ -81,6 +82,7 @@ LitRun read_run(const fs::path& run, const fs::path& site_file, const Site& site
     LitVehicle& vehicle = lit_run.lit.emplace_back(lit_vehicle(pass.track, site));
     if (!pass.sound) vehicle.way.reset();  // it shines, but how is not known
     lit_run.sound.push_back(vehicle.way && !vehicle.receding);
+    lit_run.tracks.push_back(pass.track);
   }
   return lit_run;
 }
@@ -228,15 +230,15 @@ std::vector<std::string> warnings_of(const Learning& learning) {
   return found;
 }
 
-std::vector<LearnedFrom::Before> befores_of(const Learning& learning) {
-  std::vector<LearnedFrom::Before> befores;
+std::vector<LearnedFrom::Quantity> learned_of(const Learning& learning) {
+  std::vector<LearnedFrom::Quantity> quantities;
   const auto add = [&](const std::string& key, const Change& change) {
-    if (change.learned) befores.push_back({key, change.before});
+    if (change.learned) quantities.push_back({key, change.before, *said_of(key, learning.site())});
   };
   if (learning.clock) add("time_offset_s", change_of(learning.clock->clock));
   if (learning.gains)
     for (const LearnedGain& gain : learning.gains->gains) add(gain.key, change_of(gain));
-  return befores;
+  return quantities;
 }
 
 std::string text_report(const Learning& learning) {
@@ -288,22 +290,23 @@ std::string json_report(const Learning& learning, const std::vector<std::string>
 
 void calibrate_photodiode(const RunsArguments& arguments) {
   const Site given = load_fixed_site(arguments.site);
-  const Site site = before_learning(given, given.learned.photodiode);
+  std::vector<std::string> warnings;
+  const Site site = before_learning(given, given.learned.photodiode, warnings);
   if (site.photodiodes.empty())
     throw ConfigError({{arguments.site.string(), 0, "", "the site has no photodiode",
                         "add a `photodiodes:` section"}});
   refuse_repeated(arguments.runs);
   std::list<LitRun> runs;
   for (const fs::path& run : arguments.runs) runs.push_back(read_run(run, arguments.site, site));
+  std::vector<std::vector<VehicleTrack>> tracks;
+  for (LitRun& run : runs) tracks.push_back(std::move(run.tracks));
+  refuse_same_passes(arguments.runs, tracks);
   const Learning learning = learn(runs, site, arguments.site);
   Site learned = learning.site();
-  learned.learned.photodiode = {befores_of(learning), clips_of(arguments.runs)};
+  learned.learned.photodiode = {learned_of(learning), clips_of(arguments.runs)};
   write_file_atomically(arguments.out, effective_site_yaml(learned));
-  std::vector<std::string> warnings = warnings_of(learning);
-  if (auto forgotten =
-          text_of_forgotten(given.learned.photodiode, learned.learned.photodiode->clips);
-      !forgotten.empty())
-    warnings.push_back(std::move(forgotten));
+  std::ranges::move(warnings_of(learning), std::back_inserter(warnings));
+  warn_of_forgotten(given.learned.photodiode, learned.learned.photodiode->clips, warnings);
   for (const std::string& warning : warnings) std::cerr << "warning: " << warning << "\n";
   std::cout << (arguments.json ? json_report(learning, warnings) : text_report(learning))
             << std::flush;

@@ -1,10 +1,12 @@
 #include "pipelines/recorded_passes.h"
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <tuple>
 
 #include "core/clock.h"
+#include "core/error.h"
 #include "evaluate/csv_reader.h"
 #include "types/result.h"
 
@@ -85,6 +87,36 @@ std::vector<RecordedPass> read_recorded_passes(const fs::path& run_folder,
   for (auto& [id, pass] : vehicles)
     if (!pass.track.sightings.empty()) passes.push_back(std::move(pass));
   return passes;
+}
+
+void refuse_same_passes(std::span<const fs::path> folders,
+                        std::span<const std::vector<VehicleTrack>> runs) {
+  const auto places = [](const VehicleTrack& track) {
+    std::vector<double> found;
+    for (const VehicleSighting* seen : {&track.sightings.front(), &track.sightings.back()})
+      for (const auto& lamp : {seen->left, seen->right})
+        if (lamp) found.insert(found.end(), {lamp->centre_px.x(), lamp->centre_px.y()});
+    return found;
+  };
+  const auto same = [&](const VehicleTrack& one, const VehicleTrack& other) {
+    return one.sightings.size() == other.sightings.size() && places(one) == places(other);
+  };
+  for (std::size_t i = 0; i < runs.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const auto shared = std::ranges::count_if(runs[i], [&](const VehicleTrack& pass) {
+        return std::ranges::any_of(runs[j],
+                                   [&](const VehicleTrack& other) { return same(pass, other); });
+      });
+      if (shared == 0 ||
+          2 * shared < std::ssize(runs[i].size() < runs[j].size() ? runs[i] : runs[j]))
+        continue;
+      throw ConfigError(
+          {{folders[i].string(), 0, "",
+            std::to_string(shared) + " of its passes are those of " + folders[j].string() +
+                " to the last digit, as of one clip in two files; they would count "
+                "twice",
+            "name one run of each clip"}});
+    }
 }
 
 }  // namespace vildar

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <vector>
 
 #include "types/site.h"
@@ -18,5 +19,10 @@ struct RecordedPass {
 /// these cannot be read, are of an earlier version, or do not fit the site's camera.
 std::vector<RecordedPass> read_recorded_passes(const std::filesystem::path& run_folder,
                                                const CameraSite& camera);
+
+/// Throws ConfigError where half of the passes of one of the runs in `folders` are another's to the
+/// last digit: one clip in two containers, whose passes would count twice.
+void refuse_same_passes(std::span<const std::filesystem::path> folders,
+                        std::span<const std::vector<VehicleTrack>> runs);
 
 }  // namespace vildar

@@ -86,33 +86,38 @@ void leave_out_dead(const std::string& file, std::vector<PowerTrace>& traces, Ru
 
 // The most that it receives above ambient, by means of 20 ms.
 double brightest_w(const PowerTrace& trace) {
-  constexpr double kBlock_s = 0.02;
+  constexpr double kBlock_s = 0.02, kWhole = 0.5;
   double most_w = 0.0;
   for (std::size_t from = 0, to = 0; from < trace.time_s.size(); from = to) {
     double sum_w = 0.0;
     for (; to < trace.time_s.size() && trace.time_s[to] < trace.time_s[from] + kBlock_s; ++to)
       sum_w += trace.power_w[to];
-    most_w = std::max(most_w, sum_w / static_cast<double>(to - from) - trace.ambient_w);
+    const auto samples = static_cast<double>(to - from);
+    if (samples * trace.sample_period_s > kWhole * kBlock_s || samples < 2.0)
+      most_w = std::max(most_w, sum_w / samples - trace.ambient_w);
   }
   return most_w;
 }
 
 // One that goes on telling values, but none of the vehicles that the others see.
-void warn_of_dark(const std::vector<PowerTrace>& traces, const std::string& file,
+void warn_of_dark(const std::vector<PowerTrace>& traces, const Site& site, const std::string& file,
                   RunSummary& summary) {
   constexpr double kOfOthers = 0.01, kClearSigmas = 20.0;
   std::vector<double> lights_w;
   double most_w = 0.0;
   for (const PowerTrace& trace : traces) {
-    lights_w.push_back(brightest_w(trace));
-    if (lights_w.back() > kClearSigmas * trace.noise_sigma_w)
-      most_w = std::max(most_w, lights_w.back());
+    const double light_w = brightest_w(trace);
+    const double gain =
+        site.photodiodes[static_cast<std::size_t>(trace.photodiode)].gain_ratio.mean;
+    lights_w.push_back(light_w / gain);
+    if (light_w > kClearSigmas * trace.noise_sigma_w) most_w = std::max(most_w, lights_w.back());
   }
   for (std::size_t k = 0; k < traces.size(); ++k)
     if (lights_w[k] < kOfOthers * most_w)
-      summary.warnings.push_back(file + ": " + traces[k].photodiode_id +
-                                 " receives less than a hundredth of what another does at most; "
-                                 "check its cable and supply, what covers it and where it looks");
+      summary.warnings.push_back(
+          file + ": " + traces[k].photodiode_id +
+          " receives less than a hundredth of what another does at most, for its gain_ratio; "
+          "check its cable and supply, what covers it and where it looks");
 }
 
 TraceSummary summary_of(const PowerTrace& trace) {
@@ -248,7 +253,7 @@ std::vector<PowerTrace> read_traces(const RunOptions& options, const Site& site,
                        "; record the trace again");
     warn_of_open_site(traces, site, file, summary);
     leave_out_dead(file, traces, summary);
-    warn_of_dark(traces, file, summary);
+    warn_of_dark(traces, site, file, summary);
     for (const PowerTrace& trace : traces) {
       judge_rate(trace, file, summary);
       judge_coupling(trace, file);

@@ -112,8 +112,10 @@ OfferedPower shared_out(const LitVehicle& vehicle, const Company& company, const
       }
     }
     if (in_time) {
-      if (company.tail_lamps && power.own_light && !power.own_light->time_s.empty())
-        in_time = *power.own_light;
+      if (company.tail_lamps && power.own_light)
+        in_time = alone_on_trace(*power.own_light, offset_s, vehicle.in_view, company.shine);
+    }
+    if (in_time) {
       offered.in_time.push_back(std::move(*in_time));
       power.trace = &offered.in_time.back();
       power.shared = false;
@@ -175,7 +177,12 @@ OfferedPower offer_power(std::span<const LitVehicle> lit, std::size_t own, const
   company.ways.insert(company.ways.end(), receding.begin(), receding.end());
   company.tail_lamps = true;
   OfferedPower with_tails = shared_out(vehicle, company, site, traces);
-  return with_tails.unexplained ? std::move(offered) : std::move(with_tails);
+  for (std::size_t k = 0; k < traces.size(); ++k) {
+    const auto light_of = [&](const OfferedPower& of) { return of.power[k].own_light; };
+    const bool spoilt = light_of(offered) && light_of(offered)->time_s.empty();
+    if (spoilt && (!light_of(with_tails) || light_of(with_tails)->time_s.empty())) return offered;
+  }
+  return with_tails;
 }
 
 std::optional<PowerPass> own_pass(std::span<const LitVehicle> lit, std::size_t own,

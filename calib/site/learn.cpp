@@ -167,8 +167,8 @@ double std_for_file(const Population& population, double std, const CameraSite& 
              : std;
 }
 
-// By how many of its own sigmas a mean has moved: from a prior data can lead as far as they took
-// its variance away.
+// How far a mean has moved from its prior, over the sigma of such ways, whose variance is what the
+// data took of the prior's.
 double strain_of(const Uncertain& prior, const Uncertain& learned) {
   constexpr double kLeastTold = 0.1;  // of the variance
   const double told = std::max(kLeastTold, 1.0 - std::pow(learned.std / prior.std, 2));

@@ -20,8 +20,9 @@ struct LearnedQuantity {
   Uncertain before, after;  ///< as the site file states them
   double mean_std = 0.0;    ///< of the mean over all vehicles
   double spread = 0.0;      ///< of single vehicles about that mean
-  /// Sigmas by which the passes put the site's mean from where the site file does, of the way that
-  /// they can lead: the root of what they took of its variance. 0 where it stays.
+  /// How far the passes put the site's mean from where the site file does, over the sigma of such
+  /// ways: the root of prior less posterior variance, at least of a tenth of the prior's. 0 where
+  /// it stays.
   double strain = 0.0;
   int passes = 0;  ///< that tell of it
 };

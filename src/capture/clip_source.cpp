@@ -129,7 +129,7 @@ void ClipSource::Impl::describe(const AVFrame& first) {
   info.width_px = sideways ? first.height : first.width;
   info.height_px = sideways ? first.width : first.height;
   const AVRational aspect =
-      first.sample_aspect_ratio.num > 0 ? first.sample_aspect_ratio : stream.sample_aspect_ratio;
+      stream.sample_aspect_ratio.num > 0 ? stream.sample_aspect_ratio : first.sample_aspect_ratio;
   if (aspect.num > 0 && aspect.den > 0)
     info.pixel_aspect = sideways ? 1.0 / av_q2d(aspect) : av_q2d(aspect);
   if (info.frame_rate_overridden) return;

@@ -240,11 +240,11 @@ std::optional<LearnedFrom> read_learned(const YamlMap& learned, std::string_view
   const auto map = learned.map(command);
   if (!map) return std::nullopt;
   LearnedFrom from;
-  for (const YamlMap& element : map->maps("before")) {
-    LearnedFrom::Before& before = from.before.emplace_back();
-    element.require("key", before.key);
-    element.require("mean", before.stated.mean);
-    element.require("std", before.stated.std, kNotNegative);
+  for (const YamlMap& element : map->maps("quantities")) {
+    LearnedFrom::Quantity& quantity = from.quantities.emplace_back();
+    element.require("key", quantity.key);
+    element.require("stated", quantity.stated);
+    element.require("learned", quantity.learned);
   }
   const auto clips = map->find("clips");
   if (const auto items = clips ? clips->items() : std::nullopt)

@@ -213,11 +213,14 @@ void write_channel(std::string& out, const ChannelSite& channel) {
 void write_learned(std::string& out, const std::string& command,
                    const std::optional<LearnedFrom>& from) {
   if (!from) return;
-  out += "  " + command + ":\n    before:";
-  out += from->before.empty() ? " []\n" : "\n";
-  for (const LearnedFrom::Before& before : from->before)
-    out += "    - {key: " + text_of(before.key) + ", mean: " + number(before.stated.mean) +
-           ", std: " + number(before.stated.std) + "}\n";
+  out += "  " + command + ":\n    quantities:";
+  out += from->quantities.empty() ? " []\n" : "\n";
+  const auto uncertain = [](const Uncertain& value) {
+    return "{mean: " + number(value.mean) + ", std: " + number(value.std) + "}";
+  };
+  for (const LearnedFrom::Quantity& quantity : from->quantities)
+    out += "    - {key: " + text_of(quantity.key) + ", stated: " + uncertain(quantity.stated) +
+           ", learned: " + uncertain(quantity.learned) + "}\n";
   out += "    clips: [";
   for (const std::string& clip : from->clips)
     out += (&clip == &from->clips.front() ? "" : ", ") + text_of(clip);

@@ -104,7 +104,7 @@ class DelayModel {
   };
   struct Line {
     double beyond = 0.0, light = 0.0;
-    std::vector<Term> terms;
+    std::vector<Term> terms;  ///< of one parameter each
   };
   /// By all unknowns, or by those alone in which all is linear: curve, ambient and common light.
   enum class Slopes { all, linear };

@@ -82,7 +82,7 @@ void leave_out_where_covered(Sightings&& sightings, LampOf lamp, LampOf other) {
       ratios_ln.push_back(lamp == &VehicleSighting::left ? log_ratio(sighting)
                                                          : -log_ratio(sighting));
       goes_on_s = 0.0;
-    } else if (!pairs.empty() && sighting.*other && !(sighting.*lamp)) {
+    } else if (!pairs.empty() && sighting.*other && !(sighting.*lamp) && !sighting.both_in_one) {
       goes_on_s = std::abs(seconds_of(sighting.time) - seconds_of(pairs.back()->time));
     }
   }

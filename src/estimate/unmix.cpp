@@ -65,13 +65,14 @@ struct Shine {
 Shine shine_of(const Trajectory& way, const Law& law, const Eigen::Vector3d& receiver_m,
                const std::vector<PowerBlock>& blocks) {
   Shine shine;
-  const bool oncoming = way.at(way.to_s).over_ground_mps > 0.0;
+  const bool oncoming = way.at(way.to_s).range_m < way.at(way.from_s).range_m;
   for (const PowerBlock& block : blocks) {
     const MotionState state = way.at(block.time_s);
     const Eigen::Vector3d apart_m =
         Eigen::Vector3d(state.range_m, state.lateral_m, way.lamp_height_m()) - receiver_m;
     const double distance_m = apart_m.norm();
-    const bool ahead = apart_m.x() > 0.0 && (state.over_ground_mps > 0.0) == oncoming;
+    const double on_mps = oncoming ? state.over_ground_mps : -state.over_ground_mps;
+    const bool ahead = apart_m.x() > 0.0 && on_mps > 0.0;
     const bool beside =
         apart_m.x() > -kPast_m && std::abs(apart_m.y()) > std::tan(kEdge_rad) * apart_m.x();
     const bool shines = ahead && !beside && distance_m < kFarthest_m;

@@ -164,28 +164,29 @@ struct EgoSite {
   bool operator==(const EgoSite&) const = default;
 };
 
-/// The site file of the contract (SPEC 2), angles in radians, paths resolved.
 /// What a calibration from runs put in the place of what a site file said before, so that it can be
 /// learned anew from there: runs that are given again would else count twice.
 struct LearnedFrom {
-  struct Before {
-    std::string key;   ///< of the site file
-    Uncertain stated;  ///< in the unit of the key
+  struct Quantity {
+    std::string key;  ///< of the site file, in whose unit the next two are
+    Uncertain stated, learned;
 
-    bool operator==(const Before&) const = default;
+    bool operator==(const Quantity&) const = default;
   };
-  std::vector<Before> before;
+  std::vector<Quantity> quantities;
   std::vector<std::string> clips;  ///< SHA-256, hexadecimal
 
   bool operator==(const LearnedFrom&) const = default;
 };
 
+/// The parts of a site file that runs have taught.
 struct LearnedSite {
   std::optional<LearnedFrom> mount, photodiode;  ///< by `vildar calibrate` of that name
 
   bool operator==(const LearnedSite&) const = default;
 };
 
+/// The site file of the contract (SPEC 2), angles in radians, paths resolved.
 struct Site {
   std::filesystem::path file;
   std::optional<CameraSite> camera;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "delay_pair.h"
+#include "support/trials.h"
 
 namespace vildar {
 namespace {
@@ -27,7 +28,7 @@ void shine(const Lamp& lamp, Pair& pair) {
 }
 
 TEST(CommonLight, ALampThatComesOnBesideAVehicleDoesNotBendItsSpeed) {
-  constexpr int kVehicles = 24, kFewestTold = 21, kMostOutside = 2;
+  constexpr int kVehicles = trials(24), kFewestTold = kVehicles - 3, kMostOutside = 2;
   constexpr double kMostRms = 0.02;  // alone, as if no lamp came on: 0.07
   const Site site = simulated::two_photodiodes(2.0);
   Random random(5);
@@ -59,7 +60,7 @@ TEST(CommonLight, ALampThatComesOnBesideAVehicleDoesNotBendItsSpeed) {
 
 // Of both together and one of them alone, what two photodiodes see has another shape.
 TEST(CommonLight, LampsThatComeAndGoAreNoVehicle) {
-  constexpr int kScenes = 10, kMostTold = 2;  // three where own light need not prevail
+  constexpr int kScenes = trials(10), kMostTold = 2;  // three where own light need not prevail
   const Site site = simulated::two_photodiodes(2.0);
   Random random(9);
   int told = 0;

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "estimate/simulated_pass.h"
@@ -130,6 +133,7 @@ TEST_F(TailLamps, OfAVehicleThatDrivesAwayAreTakenOutOfTheLight) {
   ASSERT_FALSE(offered.power.front().shared);
   const PowerTrace& own = *offered.power.front().trace;
   ASSERT_GT(own.time_s.size(), 500U);
+  EXPECT_LT(own.ambient_sigma_w, 20.0 * kDiode.noise_w);  // 3 % of the tail lamps
   for (std::size_t i = 0; i < own.time_s.size(); ++i) {
     const auto k = static_cast<std::size_t>(std::lround((own.time_s[i] + 2.0) * 1000.0));
     EXPECT_NEAR(own.power_w[i], alone_.power_w[k], 4.0 * own.ambient_sigma_w + 8.0 * kDiode.noise_w)
@@ -143,10 +147,21 @@ TEST_F(TailLamps, ThatTheCameraDoesNotSeeAreUnexplained) {
 }
 
 TEST_F(TailLamps, TooFaintToTellLeaveTheTraceAsItIs) {
-  traces_ = {alone_};
+  for (std::size_t i = 0; i < alone_.power_w.size(); ++i)
+    traces_[0].power_w[i] = alone_.power_w[i] + 1e-3F * (traces_[0].power_w[i] - alone_.power_w[i]);
   const OfferedPower offered = offer_power(lit_, 0, site_, traces_);
   EXPECT_FALSE(offered.unexplained);
-  EXPECT_EQ(offered.power.front().trace->power_w.size(), alone_.power_w.size());
+  EXPECT_EQ(offered.power.front().own_light, nullptr);
+  EXPECT_EQ(offered.power.front().trace->power_w, traces_[0].power_w);
+}
+
+// Light that runs backwards is neither's.
+TEST_F(TailLamps, DoNotExplainAnyLight) {
+  std::ranges::reverse(traces_[0].power_w);
+  const OfferedPower offered = offer_power(lit_, 0, site_, traces_);
+  EXPECT_TRUE(offered.unexplained);
+  ASSERT_TRUE(offered.power.front().own_light);
+  EXPECT_TRUE(offered.power.front().own_light->time_s.empty());
 }
 
 }  // namespace

@@ -99,7 +99,18 @@ TEST_F(Calibrate, MountIsLearnedFromARunAndUsedByTheNext) {
   EXPECT_NEAR(relearned.camera->pitch_rad.mean, learned.camera->pitch_rad.mean, kRounding);
   EXPECT_NEAR(relearned.camera->pitch_rad.std, learned.camera->pitch_rad.std, kRounding);
   EXPECT_NEAR(relearned.lamps.separation_m->std, learned.lamps.separation_m->std, kRounding);
-  EXPECT_EQ(relearned.learned, learned.learned);
+  EXPECT_EQ(relearned.learned.mount->clips, learned.learned.mount->clips);
+
+  // What was written in its place since stays.
+  std::string edited = test::bytes_of(learned_file);
+  const auto yaw = edited.find("yaw_deg:");
+  edited.replace(yaw, edited.find('\n', yaw) - yaw, "yaw_deg: {mean: -7.2, std: 0.5}");
+  folder_.write("edited.yaml", edited);
+  const test::Ran from_edited = run({"calibrate", "mount", path("first"), "--site",
+                                     path("edited.yaml"), "--out", path("from_edited.yaml")});
+  EXPECT_NE(from_edited.out.find("camera.yaw_deg: -7.2000 +- 0.5000 -> "), std::string::npos)
+      << from_edited.out << from_edited.err;
+  EXPECT_NE(from_edited.out.find("camera.pitch_deg: -6.0000 +- 1.0000 -> "), std::string::npos);
   ASSERT_EQ(learned.learned.mount->clips.size(), 1U);
   const std::string digest = learned.learned.mount->clips.front();
   fs::copy(path("first"), path("remuxed"));
