@@ -93,7 +93,7 @@ double brightest_w(const PowerTrace& trace) {
     for (; to < trace.time_s.size() && trace.time_s[to] < trace.time_s[from] + kBlock_s; ++to)
       sum_w += trace.power_w[to];
     const auto samples = static_cast<double>(to - from);
-    if (samples * trace.sample_period_s > kWhole * kBlock_s || samples < 2.0)
+    if (samples * trace.sample_period_s > kWhole * kBlock_s)
       most_w = std::max(most_w, sum_w / samples - trace.ambient_w);
   }
   return most_w;
