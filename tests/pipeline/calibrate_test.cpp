@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "config/site_file.h"
 #include "support/file_bytes.h"
@@ -265,6 +267,18 @@ TEST_F(Calibrate, PhotodiodeGainAndClockAreLearnedFromRuns) {
     // Of 0.01 before; vehicles of like speeds hardly tell time from the place of the rim.
     EXPECT_LT(photodiode.time_offset_s.std, 0.007) << ran.out;
   }
+
+  // Learned on, the same runs tell no more.
+  std::vector<std::string> again = arguments;
+  std::ranges::replace(again, site, out);
+  *std::next(std::ranges::find(again, "--out")) = path("again.yaml");
+  ASSERT_EQ(run(again).code, 0);
+  const Site relearned = load_site(path("again.yaml"));
+  constexpr double kRounding = 1e-9;
+  EXPECT_NEAR(relearned.photodiodes[1].gain_ratio.mean, ratio.mean, kRounding);
+  EXPECT_NEAR(relearned.photodiodes[1].gain_ratio.std, ratio.std, kRounding);
+  EXPECT_NEAR(relearned.photodiodes[0].time_offset_s.std, learned.photodiodes[0].time_offset_s.std,
+              kRounding);
 
   folder_.write("scene_0/photodiode.csv", "t_s,power_w\n0,0\n");
   test::expect_told(run(arguments), 3, {"run.json", "another one"});
