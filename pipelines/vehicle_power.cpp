@@ -111,10 +111,8 @@ OfferedPower shared_out(const LitVehicle& vehicle, const Company& company, const
         power.own_light = &offered.own_light.back();
       }
     }
-    if (in_time) {
-      if (company.tail_lamps && power.own_light)
-        in_time = alone_on_trace(*power.own_light, offset_s, vehicle.in_view, company.shine);
-    }
+    if (in_time && company.tail_lamps && power.own_light)
+      in_time = alone_on_trace(*power.own_light, offset_s, vehicle.in_view, company.shine);
     if (in_time) {
       offered.in_time.push_back(std::move(*in_time));
       power.trace = &offered.in_time.back();
@@ -178,9 +176,9 @@ OfferedPower offer_power(std::span<const LitVehicle> lit, std::size_t own, const
   company.tail_lamps = true;
   OfferedPower with_tails = shared_out(vehicle, company, site, traces);
   for (std::size_t k = 0; k < traces.size(); ++k) {
-    const auto light_of = [&](const OfferedPower& of) { return of.power[k].own_light; };
-    const bool spoilt = light_of(offered) && light_of(offered)->time_s.empty();
-    if (spoilt && (!light_of(with_tails) || light_of(with_tails)->time_s.empty())) return offered;
+    const PowerTrace *before = offered.power[k].own_light, *now = with_tails.power[k].own_light;
+    const auto spoilt = [](const PowerTrace* light) { return light && light->time_s.empty(); };
+    if (spoilt(now) || (spoilt(before) && !now)) return offered;
   }
   return with_tails;
 }

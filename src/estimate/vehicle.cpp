@@ -152,9 +152,9 @@ void clear_light(Miss why, VehicleResult& result) {
 
 // So well that a pass that ends in time says more of them than a search in steps of half a second.
 bool clocks_well_known(const Site& site) {
-  constexpr double kKnown_s = 0.11;
+  constexpr double kKnown_s = 0.1;
   return std::ranges::all_of(site.photodiodes, [](const PhotodiodeSite& diode) {
-    return diode.time_offset_s.std < kKnown_s;
+    return diode.time_offset_s.std <= kKnown_s;
   });
 }
 
